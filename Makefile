@@ -1,0 +1,28 @@
+# Everything a person or CI runs by name. `make` alone lists it.
+
+.PHONY: help build run test bench check
+
+help:
+	@sed -n 's/^## //p' Makefile
+
+## build   the program, for this machine's CPU: target/release/sfera
+build:
+	cargo build --release
+
+## run     the example, at 1920 x 1080, to example.ppm
+run: build
+	target/release/sfera scenes/example.txt example.ppm 1920 1080
+
+## test    every test
+test:
+	cargo test
+
+## bench   criterion benches; every one checks its answers first
+bench:
+	cargo bench --bench methods
+
+## check   format, lints, docs
+check:
+	cargo fmt --check
+	cargo clippy --all-targets -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps

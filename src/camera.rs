@@ -1,0 +1,254 @@
+//! The one rule from pixel to ray, every form of it side by side.
+//!
+//! Pixel `(i, j)`, column from the left and row from the top, of an image of
+//! `W x H` looks along `V = (x, y, z)`:
+//!
+//! ```text
+//! x = vx (i/(W-1) - 1/2)    vx, vy: width and height of the viewport
+//! y = vy (1/2 - j/(H-1))    vz: its distance
+//! z = vz                    W = 1: x = 0;  H = 1: y = 0
+//! ```
+//!
+//! +y is up: row 0 looks through the upper edge. Positions come from the pixel
+//! index, never by stepping, so bands and tiles need not know one another.
+
+use wide::{f32x8, f64x4};
+
+use crate::{scene::Viewport, spheres::LANES};
+
+/// Lanes of a packet of doubles: half a packet of floats.
+pub const DOUBLE_LANES: usize = 4;
+
+/// Bytes of a pixel: red, green, blue.
+pub const BYTES_PER_PIXEL: usize = 3;
+
+/// Width and height of an image in pixels, checked once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageSize {
+    width: u32,
+    height: u32,
+}
+
+/// Why a width and height are refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SizeError {
+    /// Width or height is zero.
+    #[error("an image needs at least one row and one column, not {width} x {height}")]
+    Empty {
+        /// The width asked for.
+        width: u32,
+        /// The height asked for.
+        height: u32,
+    },
+    /// The bytes of the pixels can't be addressed.
+    #[error("{width} x {height} pixels are more bytes than this machine can address")]
+    TooLarge {
+        /// The width asked for.
+        width: u32,
+        /// The height asked for.
+        height: u32,
+    },
+}
+
+impl ImageSize {
+    /// # Errors
+    ///
+    /// If a side is zero, or header and pixels together pass `isize::MAX` bytes.
+    pub fn new(width: u32, height: u32) -> Result<Self, SizeError> {
+        if width == 0 || height == 0 {
+            return Err(SizeError::Empty { width, height });
+        }
+        let bytes = u128::from(width) * u128::from(height) * BYTES_PER_PIXEL as u128;
+        if bytes > (isize::MAX as u128) - Self::HEADER_ROOM {
+            return Err(SizeError::TooLarge { width, height });
+        }
+        Ok(Self { width, height })
+    }
+
+    /// More bytes than any header of a PPM has.
+    const HEADER_ROOM: u128 = 64;
+
+    /// Columns.
+    #[must_use]
+    pub fn width(self) -> u32 {
+        self.width
+    }
+
+    /// Rows.
+    #[must_use]
+    pub fn height(self) -> u32 {
+        self.height
+    }
+
+    /// Pixels.
+    #[must_use]
+    pub fn pixels(self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// Bytes of one row.
+    #[must_use]
+    pub fn row_bytes(self) -> usize {
+        self.width as usize * BYTES_PER_PIXEL
+    }
+
+    /// Bytes of all pixels.
+    #[must_use]
+    pub fn pixel_bytes(self) -> usize {
+        self.row_bytes() * self.height as usize
+    }
+}
+
+/// The pixel-to-ray rule for one viewport and one image size.
+#[derive(Clone, Copy, Debug)]
+pub struct Camera {
+    viewport: Viewport,
+    size: ImageSize,
+    /// The viewport times a power of two that brings its largest component into
+    /// [1, 2): the same direction, and its square neither overflows nor vanishes.
+    unit_viewport: Viewport,
+}
+
+impl Camera {
+    /// The camera that sees `viewport` as an image of `size`.
+    #[must_use]
+    pub fn new(viewport: Viewport, size: ImageSize) -> Self {
+        let largest = viewport.width.max(viewport.height).max(viewport.distance);
+        let scale = exp2(-exponent(f64::from(largest)));
+        let scaled = |component: f32| (f64::from(component) * scale) as f32;
+        let unit_viewport = Viewport {
+            width: scaled(viewport.width),
+            height: scaled(viewport.height),
+            distance: scaled(viewport.distance),
+        };
+        Self {
+            viewport,
+            size,
+            unit_viewport,
+        }
+    }
+
+    /// The image's size.
+    #[must_use]
+    pub fn size(&self) -> ImageSize {
+        self.size
+    }
+
+    /// The viewport as the scene gives it.
+    #[must_use]
+    pub fn viewport(&self) -> Viewport {
+        self.viewport
+    }
+
+    // Exact: numerators and denominators of x/vx and y/vy.
+
+    /// `(n, d)` with `x = vx n/d`, exactly: `n = 2i - (W-1)`, `d = 2(W-1)`.
+    #[must_use]
+    pub fn x_ratio(&self, column: u32) -> (i64, i64) {
+        let last = i64::from(self.size.width) - 1;
+        if last == 0 {
+            (0, 1)
+        } else {
+            (2 * i64::from(column) - last, 2 * last)
+        }
+    }
+
+    /// `(n, d)` with `y = vy n/d`, exactly: `n = (H-1) - 2j`, `d = 2(H-1)`.
+    #[must_use]
+    pub fn y_ratio(&self, row: u32) -> (i64, i64) {
+        let last = i64::from(self.size.height) - 1;
+        if last == 0 {
+            (0, 1)
+        } else {
+            (last - 2 * i64::from(row), 2 * last)
+        }
+    }
+
+    // f64: vx n may round once, the division once more; n and d are exact.
+
+    /// `x` of a column in doubles, within two roundings.
+    #[must_use]
+    pub fn x_double(&self, column: u32) -> f64 {
+        let (n, d) = self.x_ratio(column);
+        f64::from(self.viewport.width) * n as f64 / d as f64
+    }
+
+    /// `y` of a row in doubles, within two roundings.
+    #[must_use]
+    pub fn y_double(&self, row: u32) -> f64 {
+        let (n, d) = self.y_ratio(row);
+        f64::from(self.viewport.height) * n as f64 / d as f64
+    }
+
+    /// `z` of every ray in doubles, exact.
+    #[must_use]
+    pub fn z_double(&self) -> f64 {
+        f64::from(self.viewport.distance)
+    }
+
+    /// `x` of columns `first..first + 4` in doubles, lane by lane
+    /// [`x_double`](Self::x_double).
+    #[must_use]
+    pub fn x_doubles(&self, first: u32) -> f64x4 {
+        f64x4::new(std::array::from_fn(|lane| {
+            self.x_double(first.saturating_add(lane as u32))
+        }))
+    }
+
+    // f32, as the float methods are taught: the fraction first.
+
+    /// `x` of a column in floats, of the unit viewport.
+    #[must_use]
+    pub fn x_float(&self, column: u32) -> f32 {
+        let last = self.size.width - 1;
+        let fraction = if last == 0 {
+            0.5
+        } else {
+            column as f32 / last as f32
+        };
+        self.unit_viewport.width * (fraction - 0.5)
+    }
+
+    /// `y` of a row in floats, of the unit viewport.
+    #[must_use]
+    pub fn y_float(&self, row: u32) -> f32 {
+        let last = self.size.height - 1;
+        let fraction = if last == 0 {
+            0.5
+        } else {
+            row as f32 / last as f32
+        };
+        self.unit_viewport.height * (0.5 - fraction)
+    }
+
+    /// `z` of every ray in floats, of the unit viewport.
+    #[must_use]
+    pub fn z_float(&self) -> f32 {
+        self.unit_viewport.distance
+    }
+
+    /// `x` of columns `first..first + 8` in floats, lane by lane
+    /// [`x_float`](Self::x_float).
+    #[must_use]
+    pub fn x_floats(&self, first: u32) -> f32x8 {
+        let last = self.size.width - 1;
+        if last == 0 {
+            return f32x8::ZERO;
+        }
+        let column: [f32; LANES] =
+            std::array::from_fn(|lane| first.saturating_add(lane as u32) as f32);
+        let fraction = f32x8::new(column) / f32x8::splat(last as f32);
+        f32x8::splat(self.unit_viewport.width) * (fraction - f32x8::splat(0.5))
+    }
+}
+
+/// The `e` of `2^e <= value < 2^(e+1)`, for a normal positive double.
+fn exponent(value: f64) -> i32 {
+    ((value.to_bits() >> 52) & 0x7ff) as i32 - 1023
+}
+
+/// `2^e`, exactly, for exponents of normal doubles.
+fn exp2(e: i32) -> f64 {
+    f64::from_bits(((e + 1023) as u64) << 52)
+}

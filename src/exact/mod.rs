@@ -1,0 +1,1 @@
+//! The engine: every pixel proven right.

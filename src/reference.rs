@@ -1,0 +1,1 @@
+//! What the picture means, one pixel at a time, in integers.
