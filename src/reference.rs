@@ -1,1 +1,232 @@
 //! What the picture means, one pixel at a time, in integers.
+//!
+//! Pixel by pixel and sphere by sphere, with no lanes, tiles, bounds or threads:
+//! slow, and the judge of every other method. Nothing is rounded, so nothing
+//! needs an epsilon.
+//!
+//! # The meaning
+//!
+//! The ray of a pixel is `t V`, `t > 0`, with `V` by the rule of [`camera`](crate::camera).
+//! For a sphere of centre `C` and radius `r` write
+//!
+//! ```text
+//! A = V.V    B = C.V    c = C.C - r^2    D = B^2 - A c
+//! ```
+//!
+//! The ray meets it at `t = 1/s`, where `c s^2 - 2 B s + A = 0`. What is seen is
+//!
+//! ```text
+//! c > 0, camera outside:         exists iff D >= 0 and B > 0    s = ( B + sqrt D)/c
+//! c < 0, camera inside:          exists always                  s = (-B + sqrt D)/-c
+//! c = 0, camera on the surface:  exists iff B > 0               s = A/2B
+//! ```
+//!
+//! and the pixel shows the sphere of the largest inverse depth `s`; of equals,
+//! the first of the file.
+//!
+//! # Why integers are enough
+//!
+//! A float is an integer times a power of two. All lengths of the spheres times one
+//! power of two are integers, and so is `V` times another and times `4 (W-1)(H-1)`,
+//! the denominators of the pixel rule. Neither scaling moves a ray or reorders its hits:
+//! both multiply every `s` of a pixel by the same positive number.
+
+use std::cmp::Ordering;
+
+use dashu::{base::Sign, integer::IBig};
+
+use crate::{
+    camera::{Camera, ImageSize},
+    scene::Scene,
+    spheres::Sphere,
+};
+
+/// A scene at one image size, all of it in integers.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    camera: Camera,
+    viewport: [IBig; 3],
+    spheres: Vec<IntegerSphere>,
+}
+
+/// A sphere, every length times the scene's power of two.
+#[derive(Clone, Debug)]
+struct IntegerSphere {
+    /// `C`.
+    centre: [IBig; 3],
+    /// `c = C.C - r^2`: its sign says on which side of the surface the camera is.
+    power: IBig,
+}
+
+/// The inverse depth `(p + sqrt d)/q` of a hit, `d >= 0`, `q > 0`.
+#[derive(Clone, Debug)]
+struct InverseDepth {
+    p: IBig,
+    d: IBig,
+    q: IBig,
+}
+
+impl Reference {
+    /// The meaning of `scene` as an image of `size`.
+    #[must_use]
+    pub fn new(scene: &Scene, size: ImageSize) -> Self {
+        let viewport = &scene.viewport;
+        let viewport = [viewport.width, viewport.height, viewport.distance];
+        let unit = common_exponent(viewport);
+        let viewport = viewport.map(|length| in_units(length, unit));
+
+        let lengths = |sphere: Sphere| {
+            let [x, y, z] = sphere.centre;
+            [x, y, z, sphere.radius]
+        };
+        let unit = common_exponent(scene.spheres.iter().flat_map(lengths));
+        let spheres = scene.spheres.iter().map(|sphere| {
+            let centre = sphere.centre.map(|length| in_units(length, unit));
+            let radius = in_units(sphere.radius, unit);
+            let power = dot(&centre, &centre) - &radius * &radius;
+            IntegerSphere { centre, power }
+        });
+        Self {
+            camera: Camera::new(scene.viewport, size),
+            viewport,
+            spheres: spheres.collect(),
+        }
+    }
+
+    /// The sphere that pixel (`column`, `row`) shows, by its place in the file;
+    /// `None` is the background.
+    #[must_use]
+    pub fn seen(&self, column: u32, row: u32) -> Option<usize> {
+        let ray = self.ray(column, row);
+        let mut nearest: Option<(usize, InverseDepth)> = None;
+        for (index, sphere) in self.spheres.iter().enumerate() {
+            let Some(hit) = sphere.hit(&ray) else {
+                continue;
+            };
+            let nearer = nearest
+                .as_ref()
+                .is_none_or(|(_, best)| hit.compare(best) == Ordering::Greater);
+            if nearer {
+                nearest = Some((index, hit));
+            }
+        }
+        nearest.map(|(index, _)| index)
+    }
+
+    /// `V`, times the viewport's power of two and the denominators of both ratios.
+    fn ray(&self, column: u32, row: u32) -> [IBig; 3] {
+        let (x, x_denominator) = self.camera.x_ratio(column);
+        let (y, y_denominator) = self.camera.y_ratio(row);
+        let [width, height, distance] = &self.viewport;
+        [
+            width * x * y_denominator,
+            height * y * x_denominator,
+            distance * x_denominator * y_denominator,
+        ]
+    }
+}
+
+impl IntegerSphere {
+    /// Where the ray along `ray` sees this sphere.
+    fn hit(&self, ray: &[IBig; 3]) -> Option<InverseDepth> {
+        let a = dot(ray, ray);
+        let b = dot(&self.centre, ray);
+        let c = self.power.clone();
+        let d = &b * &b - &a * &c;
+        match sign(&c) {
+            Ordering::Greater => {
+                let exists = d >= IBig::ZERO && b > IBig::ZERO;
+                exists.then_some(InverseDepth { p: b, d, q: c })
+            }
+            Ordering::Less => Some(InverseDepth { p: -b, d, q: -c }),
+            Ordering::Equal => {
+                let exists = b > IBig::ZERO;
+                exists.then(|| InverseDepth {
+                    p: a,
+                    d: IBig::ZERO,
+                    q: 2 * b,
+                })
+            }
+        }
+    }
+}
+
+impl InverseDepth {
+    /// Both sides times `q1 q2 > 0`, so that no quotient is left:
+    /// `p1 q2 + sqrt(q2^2 d1)` against `p2 q1 + sqrt(q1^2 d2)`.
+    fn compare(&self, other: &Self) -> Ordering {
+        let p = &self.p * &other.q - &other.p * &self.q;
+        let u = &other.q * &other.q * &self.d;
+        let w = &self.q * &self.q * &other.d;
+        sign_with_two_roots(&p, &u, &w)
+    }
+}
+
+/// The sign of `p + sqrt u - sqrt w`, `u >= 0`, `w >= 0`.
+fn sign_with_two_roots(p: &IBig, u: &IBig, w: &IBig) -> Ordering {
+    if *p < IBig::ZERO {
+        return sign_with_two_roots(&-p, w, u).reverse();
+    }
+    // p + sqrt u >= 0 and sqrt w >= 0 are ordered as their squares are:
+    // p^2 + u + 2 p sqrt u against w.
+    let p_squared = p * p;
+    let rest = &p_squared + u - w;
+    sign_with_root(&rest, &(4 * p_squared * u))
+}
+
+/// The sign of `m + sqrt n`, `n >= 0`.
+fn sign_with_root(m: &IBig, n: &IBig) -> Ordering {
+    if *m < IBig::ZERO {
+        n.cmp(&(m * m))
+    } else {
+        sign(&(m + n))
+    }
+}
+
+fn sign(value: &IBig) -> Ordering {
+    value.cmp(&IBig::ZERO)
+}
+
+fn dot([ax, ay, az]: &[IBig; 3], [bx, by, bz]: &[IBig; 3]) -> IBig {
+    ax * bx + ay * by + az * bz
+}
+
+/// The largest `e` for which every length is an integer times `2^e`; 0 if all are zero.
+fn common_exponent(lengths: impl IntoIterator<Item = f32>) -> i32 {
+    lengths
+        .into_iter()
+        .filter(|&length| length != 0.0)
+        .map(|length| {
+            let (magnitude, exponent) = parts(length);
+            exponent + magnitude.trailing_zeros() as i32
+        })
+        .min()
+        .unwrap_or(0)
+}
+
+/// `length / 2^unit`, which the caller knows to be an integer.
+fn in_units(length: f32, unit: i32) -> IBig {
+    let (magnitude, exponent) = parts(length);
+    let sign = Sign::from(length < 0.0);
+    let magnitude = sign * IBig::from(magnitude);
+    let shift = exponent - unit;
+    if shift >= 0 {
+        magnitude << shift as usize
+    } else {
+        magnitude >> -shift as usize
+    }
+}
+
+/// `(m, e)` with `|length| = m 2^e`, exactly.
+fn parts(length: f32) -> (u32, i32) {
+    const FRACTION_BITS: i32 = f32::MANTISSA_DIGITS as i32 - 1;
+    const SMALLEST: i32 = f32::MIN_EXP - 1 - FRACTION_BITS;
+    let bits = length.to_bits();
+    let fraction = bits & ((1 << FRACTION_BITS) - 1);
+    let biased = (bits >> FRACTION_BITS & 0xff) as i32;
+    if biased == 0 {
+        (fraction, SMALLEST)
+    } else {
+        (fraction | 1 << FRACTION_BITS, SMALLEST + biased - 1)
+    }
+}
