@@ -34,7 +34,7 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     let scene = Scene::read(&arguments.scene)?;
     let size = ImageSize::new(arguments.width, arguments.height)?;
     let mut image = MappedImage::create(&arguments.image, size)?;
-    let renderer = Renderer::new(&scene, size, Method::Textbook, Form::Packets);
+    let renderer = Renderer::new(&scene, size, Method::default(), Form::default());
     renderer.draw(0..size.height(), image.pixels_mut(), &|_| ());
     image.publish()?;
     Ok(())

@@ -5,28 +5,35 @@ use std::ops::Range;
 use rayon::prelude::*;
 use wide::f32x8;
 
+pub use crate::exact::Counts;
 use crate::{
-    camera::{BYTES_PER_PIXEL, Camera, DOUBLE_LANES, ImageSize},
+    camera::{BYTES_PER_PIXEL, Camera, ImageSize},
+    exact::Engine,
     methods::{NONE, Seen, double, geometric, textbook},
+    reference::Reference,
     scene::Scene,
-    spheres::{LANES, Rgb},
+    spheres::{LANES, Rgb, Spheres},
 };
 
 /// How the colour of a pixel is computed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum Method {
     /// f32, the formula as taught.
-    #[default]
     Textbook,
     /// f32, the stable form.
     Geometric,
     /// f64, the formula as taught.
     Double,
+    /// The engine: every pixel proven right.
+    #[default]
+    Exact,
+    /// The meaning of the picture in integers, one pixel at a time: slow.
+    Reference,
 }
 
 /// How a float method runs through the pixels; the bytes are the same.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Form {
     /// One pixel at a time.
     Scalar,
@@ -40,30 +47,53 @@ pub enum Form {
 pub struct Renderer<'scene> {
     scene: &'scene Scene,
     camera: Camera,
-    method: Method,
-    form: Form,
+    painter: Painter<'scene>,
+}
+
+/// What a method prepares before the first pixel.
+#[derive(Debug)]
+enum Painter<'scene> {
+    Textbook(Form),
+    Geometric(Form),
+    Double(Form),
+    Exact(Engine<'scene>),
+    Reference(Reference),
 }
 
 impl<'scene> Renderer<'scene> {
-    /// Prepares what the method needs to know before the first pixel.
+    /// Prepares what the method needs to know before the first pixel. `form` is
+    /// for the float methods; the others have one.
     #[must_use]
     pub fn new(scene: &'scene Scene, size: ImageSize, method: Method, form: Form) -> Self {
+        let camera = Camera::new(scene.viewport, size);
+        let painter = match method {
+            Method::Textbook => Painter::Textbook(form),
+            Method::Geometric => Painter::Geometric(form),
+            Method::Double => Painter::Double(form),
+            Method::Exact => Painter::Exact(Engine::new(scene, camera)),
+            Method::Reference => Painter::Reference(Reference::new(scene, size)),
+        };
         Self {
             scene,
-            camera: Camera::new(scene.viewport, size),
-            method,
-            form,
+            camera,
+            painter,
         }
     }
 
     /// Draws `rows` of the picture into `pixels`, their bytes in RGB, in bands
     /// on the current rayon thread pool. `drawn` is told the rows of each
-    /// finished band.
+    /// finished band. The counts are those of [`Method::Exact`]; other methods
+    /// leave them at zero.
     ///
     /// # Panics
     ///
     /// If `rows` reach past the image or `pixels` is not exactly their bytes.
-    pub fn draw(&self, rows: Range<u32>, pixels: &mut [u8], drawn: &(dyn Fn(u32) + Sync)) {
+    pub fn draw(
+        &self,
+        rows: Range<u32>,
+        pixels: &mut [u8],
+        drawn: &(dyn Fn(u32) + Sync),
+    ) -> Counts {
         let size = self.camera.size();
         assert!(
             rows.end <= size.height(),
@@ -75,52 +105,94 @@ impl<'scene> Renderer<'scene> {
             rows.len() * size.row_bytes(),
             "bytes of rows {rows:?}"
         );
+        let band_rows = match &self.painter {
+            Painter::Exact(engine) => engine.band_rows(),
+            _ => BAND_ROWS,
+        };
         pixels
-            .par_chunks_mut(size.row_bytes() * BAND_ROWS as usize)
+            .par_chunks_mut(size.row_bytes() * band_rows as usize)
             .enumerate()
-            .for_each(|(band, bytes)| {
-                let first = rows.start + band as u32 * BAND_ROWS;
-                for (row, row_bytes) in bytes.chunks_exact_mut(size.row_bytes()).enumerate() {
-                    self.draw_row(first + row as u32, row_bytes);
-                }
-                drawn((bytes.len() / size.row_bytes()) as u32);
-            });
+            .map(|(band, bytes)| {
+                let first = rows.start + band as u32 * band_rows;
+                let band = first..(first + band_rows).min(rows.end);
+                let counts = self.draw_band(band.clone(), bytes);
+                drawn(band.len() as u32);
+                counts
+            })
+            .reduce(Counts::default, |mut sum, counts| {
+                sum += counts;
+                sum
+            })
     }
 
-    fn draw_row(&self, row: u32, bytes: &mut [u8]) {
+    fn draw_band(&self, band: Range<u32>, bytes: &mut [u8]) -> Counts {
+        if let Painter::Exact(engine) = &self.painter {
+            return engine.draw_band(band, bytes);
+        }
+        for (row, bytes) in band.zip(bytes.chunks_exact_mut(self.camera.size().row_bytes())) {
+            match &self.painter {
+                Painter::Textbook(Form::Scalar) => self.fill_rays(row, bytes, textbook::scalar),
+                Painter::Textbook(Form::Packets) => self.fill_packets(row, bytes, textbook::packet),
+                Painter::Geometric(Form::Scalar) => self.fill_rays(row, bytes, geometric::scalar),
+                Painter::Geometric(Form::Packets) => {
+                    self.fill_packets(row, bytes, geometric::packet)
+                }
+                Painter::Double(form) => self.fill_doubles(row, bytes, *form),
+                Painter::Exact(_) => unreachable!("drawn by the band"),
+                Painter::Reference(reference) => self.fill(bytes, |column| {
+                    [reference
+                        .seen(column, row)
+                        .map_or(NONE, |index| index as Seen)]
+                }),
+            }
+        }
+        Counts::default()
+    }
+
+    fn fill_rays(&self, row: u32, bytes: &mut [u8], kernel: fn(&Spheres, [f32; 3]) -> Seen) {
+        let (y, z) = (self.camera.y_float(row), self.camera.z_float());
+        self.fill(bytes, |column| {
+            [kernel(
+                &self.scene.spheres,
+                [self.camera.x_float(column), y, z],
+            )]
+        });
+    }
+
+    fn fill_packets(
+        &self,
+        row: u32,
+        bytes: &mut [u8],
+        kernel: fn(&Spheres, f32x8, f32, f32) -> [Seen; LANES],
+    ) {
+        let (y, z) = (self.camera.y_float(row), self.camera.z_float());
+        self.fill(bytes, |column| {
+            kernel(&self.scene.spheres, self.camera.x_floats(column), y, z)
+        });
+    }
+
+    fn fill_doubles(&self, row: u32, bytes: &mut [u8], form: Form) {
+        let (y, z) = (self.camera.y_double(row), self.camera.z_double());
         let spheres = &self.scene.spheres;
-        let camera = &self.camera;
-        let (y, z) = (camera.y_float(row), camera.z_float());
-        let (y_double, z_double) = (camera.y_double(row), camera.z_double());
-        let by_float = |kernel: fn(&_, f32x8, f32, f32) -> [Seen; LANES], bytes| {
-            self.fill_packets(bytes, |column| {
-                kernel(spheres, camera.x_floats(column), y, z)
-            });
-        };
-        let by_ray = |kernel: fn(&_, [f32; 3]) -> Seen, bytes| {
-            self.fill_packets(bytes, |column| {
-                [kernel(spheres, [camera.x_float(column), y, z])]
-            });
-        };
-        match (self.method, self.form) {
-            (Method::Textbook, Form::Scalar) => by_ray(textbook::scalar, bytes),
-            (Method::Textbook, Form::Packets) => by_float(textbook::packet, bytes),
-            (Method::Geometric, Form::Scalar) => by_ray(geometric::scalar, bytes),
-            (Method::Geometric, Form::Packets) => by_float(geometric::packet, bytes),
-            (Method::Double, Form::Scalar) => self.fill_packets(bytes, |column| {
-                [double::scalar(
-                    spheres,
-                    [camera.x_double(column), y_double, z_double],
-                )]
-            }),
-            (Method::Double, Form::Packets) => self.fill_packets::<DOUBLE_LANES>(bytes, |column| {
-                double::packet(spheres, camera.x_doubles(column), y_double, z_double)
-            }),
+        match form {
+            Form::Scalar => {
+                self.fill(bytes, |column| {
+                    [double::scalar(
+                        spheres,
+                        [self.camera.x_double(column), y, z],
+                    )]
+                });
+            }
+            Form::Packets => {
+                self.fill(bytes, |column| {
+                    double::packet(spheres, self.camera.x_doubles(column), y, z)
+                });
+            }
         }
     }
 
     /// Colours a row, `N` pixels at a time; lanes past its end are dropped.
-    fn fill_packets<const N: usize>(&self, row: &mut [u8], seen: impl Fn(u32) -> [Seen; N]) {
+    fn fill<const N: usize>(&self, row: &mut [u8], seen: impl Fn(u32) -> [Seen; N]) {
         for (packet, bytes) in row.chunks_mut(N * BYTES_PER_PIXEL).enumerate() {
             let seen = seen((packet * N) as u32);
             for (pixel, seen) in bytes.chunks_exact_mut(BYTES_PER_PIXEL).zip(seen) {

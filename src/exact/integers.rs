@@ -1,0 +1,138 @@
+//! The last rung: dyadic rationals without limit, so every answer is final.
+//!
+//! Floats are dyadic and `V` times `2(W-1)(H-1)` is too, so `A`, `B`, `c` and
+//! `D` of `exact-visibility` section 1 are sums and products of dyadics: exact
+//! at unlimited precision, never rounded, never divided.
+
+use std::cmp::Ordering;
+
+use dashu::float::FBig;
+
+use crate::{camera::Camera, spheres::Sphere};
+
+type Dyadic = FBig;
+
+/// An exact inverse depth `(p + sqrt d)/q`, with `q > 0` and `d >= 0`.
+#[derive(Clone, Debug)]
+pub(super) struct InverseDepth {
+    p: Dyadic,
+    d: Dyadic,
+    q: Dyadic,
+}
+
+/// The ray of a pixel, scaled to dyadics.
+#[derive(Debug)]
+pub(super) struct Ray {
+    v: [Dyadic; 3],
+    /// `A = V.V`
+    a: Dyadic,
+}
+
+impl Ray {
+    pub(super) fn new(camera: &Camera, column: u32, row: u32) -> Self {
+        let viewport = camera.viewport();
+        let (x, x_unit) = camera.x_ratio(column);
+        let (y, y_unit) = camera.y_ratio(row);
+        let v = [
+            dyadic(viewport.width) * whole(x) * whole(y_unit),
+            dyadic(viewport.height) * whole(y) * whole(x_unit),
+            dyadic(viewport.distance) * whole(x_unit) * whole(y_unit),
+        ];
+        let a = dot(&v, &v);
+        Self { v, a }
+    }
+
+    /// Where the ray meets the sphere's visible surface, if it does.
+    pub(super) fn meet(&self, sphere: &Sphere) -> Option<InverseDepth> {
+        let centre = sphere.centre.map(dyadic);
+        let radius = dyadic(sphere.radius);
+        let b = dot(&centre, &self.v);
+        let c = dot(&centre, &centre) - &radius * &radius;
+        let zero = Dyadic::ZERO;
+        match c.cmp(&zero) {
+            // s = (B + sqrt D)/c
+            Ordering::Greater => {
+                if b <= zero {
+                    return None;
+                }
+                let d = &b * &b - &self.a * &c;
+                (d >= zero).then_some(InverseDepth { p: b, d, q: c })
+            }
+            // s = A/(B + sqrt D) = (-B + sqrt D)/-c
+            Ordering::Less => {
+                let d = &b * &b - &self.a * &c;
+                Some(InverseDepth { p: -b, d, q: -c })
+            }
+            // s = A/(2B)
+            Ordering::Equal => (b > zero).then(|| InverseDepth {
+                p: self.a.clone(),
+                d: zero,
+                q: &b + &b,
+            }),
+        }
+    }
+}
+
+impl InverseDepth {
+    /// Whether this one or the other is nearer to the camera (greater), or
+    /// neither.
+    ///
+    /// `(p1 + sqrt d1)/q1 - (p2 + sqrt d2)/q2`, times `q1 q2 > 0`, is
+    /// `k + sqrt l - sqrt m` with
+    ///
+    /// ```text
+    /// k = p1 q2 - p2 q1      l = q2^2 d1      m = q1^2 d2
+    /// ```
+    pub(super) fn cmp(&self, other: &Self) -> Ordering {
+        let k = &self.p * &other.q - &other.p * &self.q;
+        let l = &other.q * &other.q * &self.d;
+        let m = &self.q * &self.q * &other.d;
+        if k >= Dyadic::ZERO {
+            cmp_shifted_root(&k, &l, &m)
+        } else {
+            cmp_shifted_root(&-k, &m, &l).reverse()
+        }
+    }
+}
+
+/// `k + sqrt l` against `sqrt m`, for `k, l, m >= 0`: both sides squared,
+/// `2k sqrt l` against `m - l - k^2`, and squared again if that is positive.
+fn cmp_shifted_root(k: &Dyadic, l: &Dyadic, m: &Dyadic) -> Ordering {
+    let square = k * k;
+    let rest = m - l - &square;
+    if rest < Dyadic::ZERO {
+        return Ordering::Greater;
+    }
+    (whole(4) * square * l).cmp(&(&rest * &rest))
+}
+
+fn dot(a: &[Dyadic; 3], b: &[Dyadic; 3]) -> Dyadic {
+    &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
+}
+
+/// A float as it stands, at unlimited precision.
+fn dyadic(value: f32) -> Dyadic {
+    let bits = value.to_bits();
+    let exponent = (bits >> 23 & 0xff) as isize;
+    let fraction = i64::from(bits & 0x7f_ffff);
+    // Subnormals lack the implied bit and share the smallest normal exponent.
+    let significand = if exponent == 0 {
+        fraction
+    } else {
+        fraction | 1 << 23
+    };
+    let signed = if value.is_sign_negative() {
+        -significand
+    } else {
+        significand
+    };
+    Dyadic::from_parts(signed.into(), exponent.max(1) - 150)
+        .with_precision(0)
+        .value()
+}
+
+fn whole(value: i64) -> Dyadic {
+    Dyadic::from_parts(value.into(), 0)
+        .with_precision(0)
+        .value()
+}
