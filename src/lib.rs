@@ -19,9 +19,9 @@
 //! | colours -> file | [`ppm`] | reserve, map, publish; the only `unsafe` |
 //! | all of it | [`mod@render`] | bands of rows -> pixels -> bytes |
 //!
-//! Beside the way stands [`reference`](mod@reference): what the picture means,
-//! one pixel at a time in integers. Tests, benches and `--method reference`
-//! read it; nothing else does.
+//! Beside the way stand [`reference`](mod@reference): what the picture means,
+//! one pixel at a time in integers, and [`families`]: scenes that grow harder by
+//! one knob. Tests, benches and `--method reference` read them; nothing else does.
 
 pub mod spheres;
 
@@ -30,6 +30,8 @@ pub mod scene;
 pub mod camera;
 
 pub mod reference;
+
+pub mod families;
 
 pub mod methods;
 

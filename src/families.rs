@@ -1,0 +1,522 @@
+//! Families of scenes, each with one knob of difficulty.
+//!
+//! Where a method fails is a matter of how far, how huge, how close together;
+//! each family turns one of these up and leaves the rest alone. A scene depends
+//! on nothing but its family, difficulty and seed, so that every figure can be
+//! measured again.
+//!
+//! Spheres of a scene have colours of their own, none of them the background:
+//! a pixel that shows the wrong sphere has the wrong colour.
+
+use crate::{
+    scene::{Scene, Viewport},
+    spheres::{Rgb, Sphere},
+};
+
+/// Scenes that differ in one knob of difficulty.
+#[derive(Clone, Copy, Debug)]
+pub struct Family {
+    /// A word for it.
+    pub name: &'static str,
+    /// What the knob turns, for the axis of a chart.
+    pub knob: &'static str,
+    /// Where the knob is set to be measured, the easiest first.
+    pub difficulties: &'static [f64],
+    draw: fn(f64, &mut Random) -> (Viewport, Vec<Body>),
+}
+
+impl Family {
+    /// The scene of one difficulty and seed.
+    #[must_use]
+    pub fn scene(&self, difficulty: f64, seed: u64) -> Scene {
+        let (viewport, bodies) = (self.draw)(difficulty, &mut Random::new(seed));
+        let spheres = bodies.into_iter().enumerate();
+        Scene {
+            viewport,
+            background: BACKGROUND,
+            spheres: spheres
+                .map(|(index, body)| Sphere {
+                    centre: body.centre.map(|length| length as f32),
+                    radius: body.radius as f32,
+                    colour: colour(index),
+                })
+                .collect(),
+        }
+    }
+}
+
+/// Powers of ten, up.
+const FROM_TEN_UP: [f64; 7] = [1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7];
+
+/// Powers of ten, down.
+const FROM_TENTH_DOWN: [f64; 7] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
+
+/// From coordinates near the subnormals to coordinates near the largest float.
+const SCALES: [f64; 14] = {
+    let mut scales = [0.0; 14];
+    let mut index = 0;
+    while index < scales.len() {
+        scales[index] = power_of_two(20 * index as i32 - 140);
+        index += 1;
+    }
+    scales
+};
+
+/// Every family.
+pub const FAMILIES: [Family; 14] = [
+    Family {
+        name: "far",
+        knob: "distance / radius",
+        difficulties: &FROM_TEN_UP,
+        draw: far,
+    },
+    Family {
+        name: "huge",
+        knob: "radius / distance of the surface",
+        difficulties: FROM_TEN_UP.split_at(6).0,
+        draw: huge,
+    },
+    Family {
+        name: "shells",
+        knob: "gap between shells / distance",
+        difficulties: &FROM_TENTH_DOWN,
+        draw: shells,
+    },
+    Family {
+        name: "interpenetrating",
+        knob: "shift of the centre / distance",
+        difficulties: &FROM_TENTH_DOWN,
+        draw: interpenetrating,
+    },
+    Family {
+        name: "equal",
+        knob: "equal spheres on one place",
+        difficulties: &[1.0, 2.0, 4.0, 8.0, 16.0],
+        draw: equal,
+    },
+    Family {
+        name: "tangent",
+        knob: "distance / radius, D = 0",
+        difficulties: FROM_TEN_UP.split_at(6).0,
+        draw: tangent,
+    },
+    Family {
+        name: "almost tangent",
+        knob: "gap / radius",
+        difficulties: &FROM_TENTH_DOWN,
+        draw: almost_tangent,
+    },
+    Family {
+        name: "inside",
+        knob: "distance of the wall / radius",
+        difficulties: &FROM_TENTH_DOWN,
+        draw: inside,
+    },
+    Family {
+        name: "on the surface",
+        knob: "radius / its unit",
+        difficulties: FROM_TEN_UP.split_at(6).0,
+        draw: on_the_surface,
+    },
+    Family {
+        name: "concentric",
+        knob: "gap between walls / radius",
+        difficulties: &FROM_TENTH_DOWN,
+        draw: concentric,
+    },
+    Family {
+        name: "beside",
+        knob: "distance of the surface / radius",
+        difficulties: &FROM_TENTH_DOWN,
+        draw: beside,
+    },
+    Family {
+        name: "scale",
+        knob: "scale of the whole scene",
+        difficulties: &SCALES,
+        draw: scale,
+    },
+    Family {
+        name: "lattice",
+        knob: "spheres",
+        difficulties: &[8.0, 64.0, 512.0, 4096.0],
+        draw: lattice,
+    },
+    CLOUD,
+];
+
+const CLOUD: Family = Family {
+    name: "cloud",
+    knob: "spheres",
+    difficulties: &[10.0, 100.0, 1_000.0, 10_000.0],
+    draw: scatter,
+};
+
+/// `count` spheres spread evenly over a box in front of the camera that fills
+/// the view, of radii that shrink like `count^(-1/3)`.
+#[must_use]
+pub fn cloud(count: usize, seed: u64) -> Scene {
+    CLOUD.scene(count as f64, seed)
+}
+
+/// No sphere has this colour.
+const BACKGROUND: Rgb = [0; 3];
+
+/// A colour of its own for each of the first 2^24 - 1 spheres: multiplying by an
+/// odd number shuffles the numbers modulo 2^24, and leaves 0 to the background.
+fn colour(index: usize) -> Rgb {
+    const ODD: u32 = 0x9e_37_79;
+    let [_, red, green, blue] = (index as u32 + 1).wrapping_mul(ODD).to_be_bytes();
+    [red, green, blue]
+}
+
+const fn power_of_two(exponent: i32) -> f64 {
+    f64::from_bits(((exponent + 1023) as u64) << 52)
+}
+
+/// A sphere before its lengths are rounded to floats.
+struct Body {
+    centre: Vector,
+    radius: f64,
+}
+
+type Vector = [f64; 3];
+
+fn times(factor: f64, vector: Vector) -> Vector {
+    vector.map(|component| factor * component)
+}
+
+fn plus(a: Vector, b: Vector) -> Vector {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+fn length(vector: Vector) -> f64 {
+    vector
+        .iter()
+        .map(|component| component * component)
+        .sum::<f64>()
+        .sqrt()
+}
+
+const fn viewport(width: f32, height: f32, distance: f32) -> Viewport {
+    Viewport {
+        width,
+        height,
+        distance,
+    }
+}
+
+/// A cluster at a distance, the viewport narrowed so that it fills the picture.
+fn far(distance: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    let cluster = (0..8).map(|_| Body {
+        centre: [
+            random.between(-2.0, 2.0),
+            random.between(-1.5, 1.5),
+            distance + random.between(-2.0, 2.0),
+        ],
+        radius: random.between(0.5, 1.5),
+    });
+    (viewport(6.4, 4.8, distance as f32), cluster.collect())
+}
+
+/// A floor and a wall that are spheres, seen at grazing angles from one unit away,
+/// and small spheres half sunk into the floor.
+fn huge(radius: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    let tilt = random.between(-0.2, 0.2);
+    let down = [tilt.sin(), -tilt.cos(), 0.05];
+    let aside = [tilt.cos(), tilt.sin(), 0.3];
+    let touching = |direction: Vector, height: f64| Body {
+        centre: times((radius + height) / length(direction), direction),
+        radius,
+    };
+    let mut bodies = vec![touching(down, 1.0), touching(aside, 3.0)];
+    bodies.extend((0..4).map(|_| {
+        let along = random.between(4.0, 12.0);
+        Body {
+            centre: plus(down, [random.between(-3.0, 3.0), 0.0, along]),
+            radius: random.between(0.5, 1.0),
+        }
+    }));
+    (viewport(1.6, 1.2, 1.0), bodies)
+}
+
+/// Nested shells, their order in the file shuffled: the outermost is seen.
+fn shells(gap: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    let bodies = nests(random, |random, bodies| {
+        let centre = in_view(random);
+        let innermost = random.between(0.5, 0.8);
+        for shell in 0..4 {
+            bodies.push(Body {
+                centre,
+                radius: innermost + f64::from(shell) * gap * length(centre),
+            });
+        }
+    });
+    (viewport(1.6, 1.2, 1.0), bodies)
+}
+
+/// Equal radii, centres a little apart: each is nearer on its side of a seam.
+fn interpenetrating(shift: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    let bodies = nests(random, |random, bodies| {
+        let centre = in_view(random);
+        let radius = random.between(0.6, 1.0);
+        for _ in 0..3 {
+            let apart = times(shift * length(centre), random.direction());
+            bodies.push(Body {
+                centre: plus(centre, apart),
+                radius,
+            });
+        }
+    });
+    (viewport(1.6, 1.2, 1.0), bodies)
+}
+
+/// The same spheres again and again, in other colours: the first is seen.
+fn equal(copies: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    let originals: [(Vector, f64); 4] =
+        std::array::from_fn(|_| (in_view(random), random.between(0.5, 1.0)));
+    let bodies = (0..copies as usize).flat_map(|_| originals);
+    let bodies = bodies.map(|(centre, radius)| Body { centre, radius });
+    (viewport(1.6, 1.2, 1.0), bodies.collect())
+}
+
+/// Spheres that touch the ray through the centre of a pixel, exactly, if
+/// `width - 1` is a multiple of 64 and `height - 1` one of 48.
+fn tangent(distance: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    touching_rays(distance, random, |_| 0.0)
+}
+
+/// Spheres that miss the ray through the centre of a pixel by a little, or cover it.
+fn almost_tangent(gap: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    touching_rays(
+        10.0,
+        random,
+        |random| if random.below(2) == 0 { gap } else { -gap },
+    )
+}
+
+/// With the viewport 64 by 48, the ray of such a pixel is `V = (x, y, z)` of whole
+/// numbers. For `n` in the plane of the viewport, at right angles to `V` and of
+/// whole length, the sphere around `k V + n` with radius `|n|` touches it.
+fn touching_rays(
+    distance: f64,
+    random: &mut Random,
+    gap: impl Fn(&mut Random) -> f64,
+) -> (Viewport, Vec<Body>) {
+    const RADIUS: f64 = 5.0;
+    let z = distance * RADIUS;
+    let bodies = (0..16).map(|body| {
+        let side = if random.below(2) == 0 { 1.0 } else { -1.0 };
+        let (x, y, normal) = match body % 4 {
+            0 => (random.whole(24), 0.0, [0.0, RADIUS, 0.0]),
+            1 => (0.0, random.whole(18), [RADIUS, 0.0, 0.0]),
+            2 => {
+                let m = random.whole(4);
+                (4.0 * m, 3.0 * m, [-3.0, 4.0, 0.0])
+            }
+            _ => {
+                let m = random.whole(4);
+                (3.0 * m, -4.0 * m, [4.0, 3.0, 0.0])
+            }
+        };
+        let k = 1.0 + random.below(2) as f64;
+        Body {
+            centre: plus(times(k, [x, y, z]), times(side, normal)),
+            radius: RADIUS * (1.0 + gap(random)),
+        }
+    });
+    let bodies = bodies.collect();
+    (viewport(64.0, 48.0, z as f32), bodies)
+}
+
+/// Far walls of spheres that hold the camera, close to their surface.
+fn inside(gap: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    let bodies = (0..3).map(|_| {
+        let radius = random.between(1.0, 2.0);
+        let distance = radius * (1.0 - gap * random.between(0.5, 1.0));
+        Body {
+            centre: times(distance, random.direction()),
+            radius,
+        }
+    });
+    (viewport(3.2, 2.4, 1.0), bodies.collect())
+}
+
+/// Spheres on whose surface the camera is, exactly: `3^2 + 4^2 + 12^2 = 13^2`.
+fn on_the_surface(radius: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    const DIRECTIONS: [Vector; 6] = [
+        [3.0, 4.0, 12.0],
+        [-4.0, -3.0, 12.0],
+        [12.0, 4.0, 3.0],
+        [-12.0, 3.0, 4.0],
+        [4.0, 12.0, 3.0],
+        [3.0, -12.0, -4.0],
+    ];
+    let bodies = DIRECTIONS.map(|direction| {
+        let unit = (radius * random.between(0.5, 1.0)).ceil();
+        Body {
+            centre: times(unit, direction),
+            radius: 13.0 * unit,
+        }
+    });
+    (viewport(3.2, 2.4, 1.0), bodies.into())
+}
+
+/// Nested walls around the camera, their order in the file shuffled: the innermost is seen.
+fn concentric(gap: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    let centre = times(random.between(0.2, 0.5), random.direction());
+    let mut bodies: Vec<Body> = (0..6)
+        .map(|wall| Body {
+            centre,
+            radius: 1.0 + f64::from(wall) * gap,
+        })
+        .collect();
+    random.shuffle(&mut bodies);
+    // One is off centre, so that there is a seam to see.
+    bodies[0].centre = plus(centre, times(gap, random.direction()));
+    (viewport(3.2, 2.4, 1.0), bodies)
+}
+
+/// Surfaces close to the camera of spheres that reach behind its plane, and
+/// spheres wholly behind it.
+fn beside(gap: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    let mut bodies: Vec<Body> = (0..5)
+        .map(|_| {
+            let radius = random.between(0.5, 2.0);
+            let [x, y, _] = random.direction();
+            let direction = [x, y, random.between(-0.1, 0.5)];
+            Body {
+                centre: times(radius * (1.0 + gap) / length(direction), direction),
+                radius,
+            }
+        })
+        .collect();
+    bodies.extend((0..3).map(|_| Body {
+        centre: [random.between(-1.0, 1.0), random.between(-1.0, 1.0), -2.0],
+        radius: random.between(0.5, 1.5),
+    }));
+    random.shuffle(&mut bodies);
+    (viewport(6.4, 4.8, 1.0), bodies)
+}
+
+/// A cluster near the camera, camera and all times a power of two.
+fn scale(factor: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    let bodies = (0..8).map(|_| Body {
+        centre: times(factor, in_view(random)),
+        radius: factor * random.between(0.5, 1.0),
+    });
+    let bodies = bodies.collect();
+    let side = |length: f64| (length * factor) as f32;
+    (viewport(side(1.6), side(1.2), side(1.0)), bodies)
+}
+
+/// A crystal: a tilted cube of touching and overlapping atoms of two sizes.
+fn lattice(spheres: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    let side = spheres.cbrt().round() as usize;
+    let (turn, tilt) = (random.between(0.2, 0.6), random.between(0.2, 0.6));
+    let middle = (side as f64 - 1.0) / 2.0;
+    let distance = 2.5 * side as f64;
+    let place = |index: usize| index as f64 - middle;
+    let atoms = (0..side * side * side).map(|index| {
+        let (i, j, k) = (index % side, index / side % side, index / side / side);
+        let (x, y, z) = (place(i), place(j), place(k));
+        let (x, z) = (
+            x * turn.cos() - z * turn.sin(),
+            x * turn.sin() + z * turn.cos(),
+        );
+        let (y, z) = (
+            y * tilt.cos() - z * tilt.sin(),
+            y * tilt.sin() + z * tilt.cos(),
+        );
+        Body {
+            centre: [x, y, z + distance],
+            radius: if (i + j + k).is_multiple_of(2) {
+                0.6
+            } else {
+                0.4
+            },
+        }
+    });
+    (viewport(1.0, 0.75, 1.2), atoms.collect())
+}
+
+/// Spheres spread evenly over a box that fills the view.
+fn scatter(count: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    let largest = 0.5 / count.cbrt();
+    let bodies = (0..count as usize).map(|_| Body {
+        centre: [
+            random.between(-2.0, 2.0),
+            random.between(-1.2, 1.2),
+            random.between(2.0, 4.0),
+        ],
+        radius: largest * random.between(0.5, 1.0),
+    });
+    (viewport(16.0 / 9.0, 1.0, 1.0), bodies.collect())
+}
+
+/// Three nests of spheres, their order in the file shuffled.
+fn nests(random: &mut Random, nest: impl Fn(&mut Random, &mut Vec<Body>)) -> Vec<Body> {
+    let mut bodies = Vec::new();
+    for _ in 0..3 {
+        nest(random, &mut bodies);
+    }
+    random.shuffle(&mut bodies);
+    bodies
+}
+
+/// A centre some units in front of the camera.
+fn in_view(random: &mut Random) -> Vector {
+    [
+        random.between(-2.0, 2.0),
+        random.between(-1.5, 1.5),
+        random.between(3.0, 6.0),
+    ]
+}
+
+/// `SplitMix64`: G. Steele, D. Lea, C. Flood, Fast Splittable Pseudorandom Number
+/// Generators, 2014.
+struct Random(u64);
+
+impl Random {
+    fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Evenly over `[low, high)`.
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        let fraction = (self.next() >> 11) as f64 * power_of_two(-53);
+        low + (high - low) * fraction
+    }
+
+    /// One of `0..count`; `count` is small against 2^64.
+    fn below(&mut self, count: u64) -> u64 {
+        self.next() % count
+    }
+
+    /// A whole number between `-largest` and `largest`.
+    fn whole(&mut self, largest: u64) -> f64 {
+        self.below(2 * largest + 1) as f64 - largest as f64
+    }
+
+    /// Evenly over the unit sphere.
+    fn direction(&mut self) -> Vector {
+        let z = self.between(-1.0, 1.0);
+        let angle = self.between(0.0, std::f64::consts::TAU);
+        let across = (1.0 - z * z).sqrt();
+        [across * angle.cos(), across * angle.sin(), z]
+    }
+
+    fn shuffle<T>(&mut self, items: &mut [T]) {
+        for last in (1..items.len()).rev() {
+            items.swap(last, self.below(last as u64 + 1) as usize);
+        }
+    }
+}
