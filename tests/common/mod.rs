@@ -1,7 +1,10 @@
 //! What several test programs need.
 
+#![allow(dead_code, reason = "each test program uses its part of this")]
+
 use sfera::{
-    camera::ImageSize,
+    camera::{BYTES_PER_PIXEL, ImageSize},
+    render::{Form, Method, Renderer},
     scene::{Scene, Viewport},
     spheres::Sphere,
 };
@@ -29,4 +32,21 @@ pub(crate) fn scene(viewport: [f32; 3], spheres: &[[f32; 4]]) -> Scene {
             })
             .collect(),
     }
+}
+
+/// The bytes of a picture, without the header.
+pub(crate) fn draw(scene: &Scene, size: ImageSize, method: Method, form: Form) -> Vec<u8> {
+    let mut pixels = vec![0; size.pixel_bytes()];
+    Renderer::new(scene, size, method, form).draw(0..size.height(), &mut pixels, &|_| ());
+    pixels
+}
+
+/// How many pixels of two pictures differ.
+pub(crate) fn differing_pixels(one: &[u8], other: &[u8]) -> usize {
+    assert_eq!(one.len(), other.len());
+    let pixels = one.chunks_exact(BYTES_PER_PIXEL);
+    pixels
+        .zip(other.chunks_exact(BYTES_PER_PIXEL))
+        .filter(|(one, other)| one != other)
+        .count()
 }
