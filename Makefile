@@ -13,9 +13,13 @@ build:
 run: build
 	target/release/sfera scenes/example.txt example.ppm 1920 1080
 
-## test    every test
+## test    every test twice, built for this CPU and for any of its kind; their pictures compared
+HASHES := tmp/image-hashes.txt
 test:
-	cargo test
+	rm -f target/$(HASHES) target/baseline/$(HASHES)
+	cargo test --target-dir target
+	RUSTFLAGS="-C target-cpu=generic" cargo test --target-dir target/baseline
+	cmp target/$(HASHES) target/baseline/$(HASHES)
 
 ## bench   criterion benches; every one checks its answers first
 bench:
