@@ -1,6 +1,6 @@
 # Everything a person or CI runs by name. `make` alone lists it.
 
-.PHONY: help build run test bench check
+.PHONY: help build run test bench chart families check
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -24,6 +24,14 @@ test:
 ## bench   criterion benches; every one checks its answers first
 bench:
 	cargo bench --bench methods
+
+## chart   the charts of the README, measured again; of your own: make chart SCENES="my.txt"
+chart:
+	cargo bench --bench chart -- $(SCENES)
+
+## families   every family of hard scenes as files, to target/families
+families:
+	cargo bench --bench families
 
 ## check   format, lints, docs
 check:

@@ -96,7 +96,7 @@ pub const FAMILIES: [Family; 14] = [
     },
     Family {
         name: "tangent",
-        knob: "distance / radius, D = 0",
+        knob: "distance / radius (D = 0)",
         difficulties: FROM_TEN_UP.split_at(6).0,
         draw: tangent,
     },
@@ -114,7 +114,7 @@ pub const FAMILIES: [Family; 14] = [
     },
     Family {
         name: "on the surface",
-        knob: "radius / its unit",
+        knob: "radius",
         difficulties: FROM_TEN_UP.split_at(6).0,
         draw: on_the_surface,
     },

@@ -1,0 +1,61 @@
+//! Measures the methods and draws the charts of the README.
+//!
+//! ```text
+//! make chart                         speed, stability and difference, to benches/charts/
+//! make chart SCENES="one.txt ..."    speed on scenes of your own, to target/charts/
+//! ```
+
+mod difference;
+mod measure;
+mod plot;
+mod speed;
+mod stability;
+
+use std::{
+    error::Error,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use sfera::{families, scene::Scene};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    // Cargo passes options of its own, such as --bench.
+    let own: Vec<PathBuf> = std::env::args_os()
+        .skip(1)
+        .filter(|argument| !argument.to_string_lossy().starts_with("--"))
+        .map(PathBuf::from)
+        .collect();
+    if own.is_empty() {
+        draw_all(Path::new("benches/charts"))
+    } else {
+        draw_own(&own, Path::new("target/charts"))
+    }
+}
+
+fn draw_all(folder: &Path) -> Result<(), Box<dyn Error>> {
+    fs::create_dir_all(folder)?;
+    let example = read(Path::new("scenes/example.txt"))?;
+    let far = read(Path::new("scenes/far.txt"))?;
+    let cloud = ("cloud".to_owned(), families::cloud(1_000, 1));
+    difference::draw(&far.1, folder)?;
+    stability::draw(folder)?;
+    speed::draw(&[example, far, cloud], folder)?;
+    println!("drawn: {}", folder.display());
+    Ok(())
+}
+
+fn draw_own(paths: &[PathBuf], folder: &Path) -> Result<(), Box<dyn Error>> {
+    fs::create_dir_all(folder)?;
+    let scenes: Result<Vec<_>, _> = paths.iter().map(|path| read(path)).collect();
+    speed::draw(&scenes?, folder)?;
+    println!("drawn: {}", folder.join("speed.svg").display());
+    Ok(())
+}
+
+/// A scene and its name.
+fn read(path: &Path) -> Result<(String, Scene), Box<dyn Error>> {
+    let scene = Scene::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    Ok((name.into_owned(), scene))
+}

@@ -1,0 +1,54 @@
+//! Frames, their time and their wrong pixels.
+
+use std::time::{Duration, Instant};
+
+use sfera::{
+    camera::{BYTES_PER_PIXEL, ImageSize},
+    render::{Form, Method, Renderer},
+    scene::Scene,
+};
+
+/// A picture, from the scene in memory to the last byte; on all threads.
+pub(crate) fn frame(
+    scene: &Scene,
+    size: ImageSize,
+    method: Method,
+    form: Form,
+    pixels: &mut [u8],
+) -> Duration {
+    let start = Instant::now();
+    Renderer::new(scene, size, method, form).draw(0..size.height(), pixels, &|_| ());
+    start.elapsed()
+}
+
+/// The same picture, in memory of its own.
+pub(crate) fn picture(scene: &Scene, size: ImageSize, method: Method) -> Vec<u8> {
+    let mut pixels = vec![0; size.pixel_bytes()];
+    frame(scene, size, method, Form::Packets, &mut pixels);
+    pixels
+}
+
+/// The median of frames: at least three and at most a second of them.
+pub(crate) fn median(mut frame: impl FnMut() -> Duration) -> Duration {
+    const LEAST: usize = 3;
+    const BUDGET: Duration = Duration::from_secs(1);
+    let start = Instant::now();
+    let mut times = Vec::new();
+    while times.len() < LEAST || start.elapsed() < BUDGET {
+        times.push(frame());
+    }
+    times.sort_unstable();
+    times[times.len() / 2]
+}
+
+/// Which pixels differ, row by row.
+pub(crate) fn differing<'a>(one: &'a [u8], other: &'a [u8]) -> impl Iterator<Item = bool> + 'a {
+    one.chunks_exact(BYTES_PER_PIXEL)
+        .zip(other.chunks_exact(BYTES_PER_PIXEL))
+        .map(|(one, other)| one != other)
+}
+
+/// How many pixels differ.
+pub(crate) fn wrong(picture: &[u8], exact: &[u8]) -> usize {
+    differing(picture, exact).filter(|&differs| differs).count()
+}

@@ -1,0 +1,215 @@
+//! Speed against accuracy: milliseconds a frame against wrong pixels per million.
+
+use std::{fmt::Write, fs, path::Path};
+
+use plotters::{prelude::*, style::text_anchor::HPos};
+use sfera::{
+    camera::ImageSize,
+    render::{Form, Method},
+    scene::Scene,
+};
+
+use crate::{
+    measure::{frame, median, picture, wrong},
+    plot::{Area, Decades, Drawn, LARGE, SMALL, WIDTH, mark, name, panel, text},
+};
+
+const COLUMNS: u32 = 1920;
+const ROWS: u32 = 1080;
+
+/// Above this many spheres a frame of the reference takes minutes.
+const REFERENCE_SPHERES: usize = 32;
+
+/// Of the markers.
+const RADIUS: f64 = 12.0;
+
+/// One method in one form on one scene.
+struct Point {
+    method: Method,
+    form: Form,
+    milliseconds: f64,
+    wrong: usize,
+}
+
+impl Point {
+    fn per_million(&self) -> f64 {
+        self.wrong as f64 * 1e6 / (f64::from(COLUMNS) * f64::from(ROWS))
+    }
+
+    fn form_name(&self) -> &'static str {
+        match (self.method, self.form) {
+            (Method::Textbook | Method::Geometric | Method::Double, Form::Scalar) => "scalar",
+            (Method::Textbook | Method::Geometric | Method::Double, Form::Packets) => "packets",
+            _ => "one form",
+        }
+    }
+}
+
+/// Measures every method in every form, and draws a panel for each scene.
+pub(crate) fn draw(scenes: &[(String, Scene)], folder: &Path) -> Drawn {
+    let threads = rayon::current_num_threads();
+    let mut table = String::from(
+        "scene,spheres,width,height,threads,method,form,milliseconds,\
+         million_pixels_per_second,wrong_pixels,wrong_per_million\n",
+    );
+    let mut measured = Vec::new();
+    for (name, scene) in scenes {
+        let (points, floor) = measure(scene)?;
+        let spheres = scene.spheres.len();
+        println!("{name}, {spheres} spheres, {COLUMNS} x {ROWS}, {threads} threads");
+        for point in &points {
+            let method = format!("{:?}", point.method).to_lowercase();
+            let form = point.form_name();
+            let rate = f64::from(COLUMNS) * f64::from(ROWS) / point.milliseconds / 1e3;
+            println!(
+                "  {method:10} {form:9} {:10.2} ms {rate:9.2} Mpixel/s {:8} wrong",
+                point.milliseconds, point.wrong,
+            );
+            writeln!(
+                table,
+                "{name},{spheres},{COLUMNS},{ROWS},{threads},{method},{form},{:.3},{rate:.3},{},{:.3}",
+                point.milliseconds,
+                point.wrong,
+                point.per_million(),
+            )?;
+        }
+        println!("  memory filled with one colour {floor:.2} ms");
+        writeln!(
+            table,
+            "{name},{spheres},{COLUMNS},{ROWS},{threads},fill,memory,{floor:.3},{:.3},,",
+            f64::from(COLUMNS) * f64::from(ROWS) / floor / 1e3,
+        )?;
+        measured.push((format!("{name}: {spheres} spheres"), points, floor));
+    }
+    fs::write(folder.join("speed.csv"), table)?;
+    plot(&measured, threads, &folder.join("speed.svg"))
+}
+
+/// All points of a scene, and the milliseconds of filling the memory of a picture.
+fn measure(scene: &Scene) -> Drawn<(Vec<Point>, f64)> {
+    let size = ImageSize::new(COLUMNS, ROWS)?;
+    let exact = picture(scene, size, Method::Exact);
+    let both = |method| [Form::Scalar, Form::Packets].map(|form| (method, form));
+    let floats = [Method::Textbook, Method::Geometric, Method::Double]
+        .into_iter()
+        .flat_map(both);
+    let mut pixels = vec![0; size.pixel_bytes()];
+    let mut points = Vec::new();
+    for (method, form) in floats.chain([(Method::Exact, Form::Packets)]) {
+        let time = median(|| frame(scene, size, method, form, &mut pixels));
+        points.push(Point {
+            method,
+            form,
+            milliseconds: time.as_secs_f64() * 1e3,
+            wrong: wrong(&pixels, &exact),
+        });
+    }
+    if scene.spheres.len() <= REFERENCE_SPHERES {
+        let time = frame(scene, size, Method::Reference, Form::Scalar, &mut pixels);
+        points.push(Point {
+            method: Method::Reference,
+            form: Form::Scalar,
+            milliseconds: time.as_secs_f64() * 1e3,
+            wrong: wrong(&pixels, &exact),
+        });
+    }
+    let floor = median(|| {
+        use rayon::prelude::*;
+        let start = std::time::Instant::now();
+        pixels
+            .par_chunks_mut(16 * size.row_bytes())
+            .for_each(|band| band.fill(127));
+        std::hint::black_box(&mut pixels);
+        start.elapsed()
+    });
+    Ok((points, floor.as_secs_f64() * 1e3))
+}
+
+fn plot(measured: &[(String, Vec<Point>, f64)], threads: usize, path: &Path) -> Drawn {
+    const LEGEND: u32 = 150;
+    const PANEL: u32 = 600;
+    let panels_a_row = measured.len().min(3);
+    let rows = measured.len().div_ceil(3);
+    let root = SVGBackend::new(path, (WIDTH, LEGEND + PANEL * rows as u32)).into_drawing_area();
+    root.fill(&WHITE)?;
+    legend(&root, threads)?;
+    let (_, below) = root.split_vertically(LEGEND);
+
+    let all = || measured.iter().flat_map(|(_, points, _)| points);
+    let floors = measured.iter().map(|&(_, _, floor)| floor);
+    let fastest = all()
+        .map(|point| point.milliseconds)
+        .chain(floors)
+        .fold(f64::MAX, f64::min);
+    let slowest = all().map(|point| point.milliseconds).fold(0.0, f64::max);
+    for (area, (title, points, floor)) in below
+        .split_evenly((rows, panels_a_row))
+        .iter()
+        .zip(measured)
+    {
+        let mut chart = panel(
+            area,
+            title,
+            (Decades::new(fastest, slowest), "milliseconds per frame"),
+            (
+                Decades::with_zero(3.0, 0.1, 1e6),
+                Some("wrong pixels per million"),
+            ),
+        )?;
+        let grey = RGBColor(140, 140, 140);
+        chart.draw_series(DashedLineSeries::new(
+            [(*floor, -1.0), (*floor, 1e6)],
+            8,
+            8,
+            grey.stroke_width(3),
+        ))?;
+        for point in points {
+            let accuracy = match point.wrong {
+                0 => zero_row(point.method),
+                _ => point.per_million(),
+            };
+            let at = chart.backend_coord(&(point.milliseconds, accuracy));
+            mark(&root, at, point.method, point.form, RADIUS)?;
+        }
+    }
+    root.present()?;
+    Ok(())
+}
+
+/// A place in the band of zero for each method, so that equal points stand apart.
+pub(crate) fn zero_row(method: Method) -> f64 {
+    match method {
+        Method::Textbook => -0.12,
+        Method::Geometric => -0.3,
+        Method::Double => -0.48,
+        Method::Reference => -0.66,
+        _ => -0.82,
+    }
+}
+
+fn legend(root: &Area, threads: usize) -> Drawn {
+    let title = format!(
+        "Speed against accuracy at {COLUMNS} x {ROWS} on {threads} threads: the best is low and left"
+    );
+    text(root, (WIDTH as i32 / 2, 28), &title, LARGE, HPos::Center)?;
+    let methods = [
+        (110, Method::Textbook),
+        (430, Method::Geometric),
+        (770, Method::Double),
+        (1070, Method::Exact),
+        (1270, Method::Reference),
+    ];
+    for (x, method) in methods {
+        mark(root, (x, 78), method, Form::Packets, RADIUS)?;
+        text(root, (x + 30, 78), name(method), SMALL, HPos::Left)?;
+    }
+    let notes = [
+        (110, "filled: packets of pixels"),
+        (560, "hollow: one pixel at a time"),
+        (1070, "dashed: filling that memory with one colour"),
+    ];
+    for (x, note) in notes {
+        text(root, (x, 122), note, SMALL, HPos::Left)?;
+    }
+    Ok(())
+}

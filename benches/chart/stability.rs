@@ -1,0 +1,147 @@
+//! Where methods fail: wrong pixels per million against difficulty.
+
+use std::{fmt::Write, fs, path::Path};
+
+use plotters::{prelude::*, style::text_anchor::HPos};
+use sfera::{
+    camera::ImageSize,
+    families::{FAMILIES, Family},
+    render::{Form, Method},
+};
+
+use crate::{
+    measure::{picture, wrong},
+    plot::{Area, Decades, Drawn, LARGE, SMALL, WIDTH, colour, mark, name, panel, text},
+    speed::zero_row,
+};
+
+/// Rays through pixel centres are tangent only on this grid or a multiple of it.
+const COLUMNS: u32 = 129;
+const ROWS: u32 = 97;
+const SEEDS: u64 = 8;
+
+/// Of the markers.
+const RADIUS: f64 = 8.0;
+
+/// Those on top are drawn last.
+const METHODS: [Method; 4] = [
+    Method::Exact,
+    Method::Double,
+    Method::Geometric,
+    Method::Textbook,
+];
+
+/// Wrong pixels per million of each method at each difficulty.
+type Curves = Vec<(f64, [f64; METHODS.len()])>;
+
+/// Measures every family and draws a panel for each.
+pub(crate) fn draw(folder: &Path) -> Drawn {
+    let mut table =
+        String::from("family,knob,difficulty,method,pixels,wrong_pixels,wrong_per_million\n");
+    let mut measured = Vec::new();
+    for family in FAMILIES {
+        println!("{}", family.name);
+        measured.push((family, measure(&family, &mut table)?));
+    }
+    fs::write(folder.join("stability.csv"), table)?;
+    plot(&measured, &folder.join("stability.svg"))
+}
+
+fn measure(family: &Family, table: &mut String) -> Drawn<Curves> {
+    let size = ImageSize::new(COLUMNS, ROWS)?;
+    let pixels = size.pixels() * SEEDS;
+    let mut curves = Vec::new();
+    for &difficulty in family.difficulties {
+        let mut sums = [0; METHODS.len()];
+        for seed in 0..SEEDS {
+            let scene = family.scene(difficulty, seed);
+            let exact = picture(&scene, size, Method::Exact);
+            for (sum, method) in sums.iter_mut().zip(METHODS) {
+                *sum += wrong(&picture(&scene, size, method), &exact);
+            }
+        }
+        let per_million = sums.map(|sum| sum as f64 * 1e6 / pixels as f64);
+        for ((method, sum), per_million) in METHODS.iter().zip(sums).zip(per_million) {
+            let method = format!("{method:?}").to_lowercase();
+            writeln!(
+                table,
+                "{},{},{difficulty:e},{method},{pixels},{sum},{per_million:.3}",
+                family.name, family.knob,
+            )?;
+        }
+        curves.push((difficulty, per_million));
+    }
+    Ok(curves)
+}
+
+fn plot(measured: &[(Family, Curves)], path: &Path) -> Drawn {
+    const LEGEND: u32 = 150;
+    const PANEL: u32 = 440;
+    const PANELS_A_ROW: usize = 3;
+    let rows = measured.len().div_ceil(PANELS_A_ROW);
+    let root = SVGBackend::new(path, (WIDTH, LEGEND + PANEL * rows as u32)).into_drawing_area();
+    root.fill(&WHITE)?;
+    legend(&root)?;
+    let (_, below) = root.split_vertically(LEGEND);
+    for (index, (area, (family, curves))) in below
+        .split_evenly((rows, PANELS_A_ROW))
+        .iter()
+        .zip(measured)
+        .enumerate()
+    {
+        let easiest = family.difficulties[0];
+        let hardest = family.difficulties[family.difficulties.len() - 1];
+        let y_description = (index % PANELS_A_ROW == 0).then_some("wrong per million");
+        let mut chart = panel(
+            area,
+            family.name,
+            (Decades::new(easiest, hardest), family.knob),
+            (Decades::with_zero(1.6, 1.0, 1e6), y_description),
+        )?;
+        for (column, method) in METHODS.into_iter().enumerate() {
+            let curve = curves.iter().map(|&(difficulty, per_million)| {
+                let height = match per_million[column] {
+                    0.0 => zero_row(method),
+                    wrong => wrong,
+                };
+                (difficulty, height)
+            });
+            let curve: Vec<_> = curve.collect();
+            chart.draw_series(LineSeries::new(
+                curve.clone(),
+                colour(method).stroke_width(4),
+            ))?;
+            for point in curve {
+                mark(
+                    &root,
+                    chart.backend_coord(&point),
+                    method,
+                    Form::Packets,
+                    RADIUS,
+                )?;
+            }
+        }
+    }
+    root.present()?;
+    Ok(())
+}
+
+fn legend(root: &Area) -> Drawn {
+    let title = "Where methods fail: wrong pixels against difficulty, harder to the right";
+    text(root, (WIDTH as i32 / 2, 28), title, LARGE, HPos::Center)?;
+    let mut x = 200;
+    for method in [
+        Method::Textbook,
+        Method::Geometric,
+        Method::Double,
+        Method::Exact,
+    ] {
+        mark(root, (x, 78), method, Form::Packets, RADIUS)?;
+        text(root, (x + 24, 78), name(method), SMALL, HPos::Left)?;
+        x += 360;
+    }
+    let note = format!(
+        "wrong pixels per million against the exact picture, {SEEDS} scenes of {COLUMNS} x {ROWS} at each point; the shaded row is none at all"
+    );
+    text(root, (WIDTH as i32 / 2, 122), &note, SMALL, HPos::Center)
+}
