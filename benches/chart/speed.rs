@@ -152,7 +152,7 @@ fn plot(measured: &[(String, Vec<Point>, f64)], threads: usize, path: &Path) -> 
             title,
             (Decades::new(fastest, slowest), "milliseconds per frame"),
             (
-                Decades::with_zero(3.0, 0.1, 1e6),
+                Decades::with_zero(3.6, 0.1, 1e6),
                 Some("wrong pixels per million"),
             ),
         )?;
