@@ -1,0 +1,221 @@
+//! The engine draws what the reference says, in every pixel, of scenes made to
+//! catch it: rays that touch, depths that tie, floats of every size.
+
+mod common;
+
+use std::path::Path;
+
+use common::{differing_pixels, draw, scene, size};
+use proptest::prelude::*;
+use sfera::{
+    camera::{Camera, ImageSize},
+    families::{FAMILIES, cloud},
+    render::{Form, Method},
+    scene::{Scene, Viewport},
+};
+
+fn wrong(scene: &Scene, size: ImageSize) -> usize {
+    let exact = draw(scene, size, Method::Exact, Form::Packets);
+    let meaning = draw(scene, size, Method::Reference, Form::Packets);
+    differing_pixels(&exact, &meaning)
+}
+
+#[test]
+fn every_family() {
+    for family in FAMILIES {
+        for &difficulty in family.difficulties {
+            for (seed, (width, height)) in [(0, (257, 193)), (1, (65, 49)), (2, (8, 200))] {
+                let scene = family.scene(difficulty, seed);
+                // The reference looks at every sphere for every pixel.
+                let size = match scene.spheres.len() {
+                    0..100 => size(width, height),
+                    100..1000 => size(width / 4 + 1, height / 4 + 1),
+                    _ => size(width / 12 + 1, height / 12 + 1),
+                };
+                assert_eq!(
+                    wrong(&scene, size),
+                    0,
+                    "{}, difficulty {difficulty:e}, seed {seed}, {size:?}",
+                    family.name,
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn every_scene_that_ships() {
+    let mut scenes = 0;
+    for entry in std::fs::read_dir("scenes").expect("the folder of scenes") {
+        let path = entry.expect("an entry").path();
+        if path.extension().is_some_and(|extension| extension == "txt") {
+            let scene = Scene::read(&path).expect("a scene");
+            assert_eq!(wrong(&scene, size(641, 481)), 0, "{}", path.display());
+            scenes += 1;
+        }
+    }
+    assert!(scenes >= 5);
+}
+
+#[test]
+fn images_of_one_row_and_of_one_column() {
+    let example = Scene::read(Path::new("scenes/example.txt")).expect("the example");
+    let crowd = cloud(300, 5);
+    for scene in [&example, &crowd] {
+        for (width, height) in [(1, 1), (1, 777), (777, 1), (2, 333), (333, 2), (2, 2)] {
+            assert_eq!(wrong(scene, size(width, height)), 0, "{width} x {height}");
+        }
+    }
+}
+
+/// What a scene is made of: a viewport, an image size, spheres.
+type Parts = ([f32; 3], (u32, u32), Vec<[f32; 4]>);
+
+fn assert_exact(cases: u32, parts: impl Strategy<Value = Parts>) {
+    let config = ProptestConfig {
+        cases,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    };
+    proptest!(config, |((viewport, (width, height), spheres) in parts)| {
+        let scene = scene(viewport, &spheres);
+        prop_assert_eq!(wrong(&scene, size(width, height)), 0);
+    });
+}
+
+fn sizes() -> impl Strategy<Value = (u32, u32)> {
+    let side = prop_oneof![Just(1_u32), 2_u32..10, Just(9), Just(17), 10_u32..50];
+    (side.clone(), side)
+}
+
+/// Few values, so that tangents, ties and cameras on surfaces are everywhere.
+#[test]
+fn where_all_is_degenerate() {
+    let coordinate = (-5..=5).prop_map(|n| n as f32);
+    let radius = (1..=6).prop_map(|n| n as f32);
+    let sphere = (coordinate.clone(), coordinate.clone(), coordinate, radius)
+        .prop_map(|(x, y, z, radius)| [x, y, z, radius]);
+    let viewports = vec![
+        [2.0, 2.0, 1.0],
+        [4.0, 6.0, 6.0],
+        [8.0, 8.0, 2.0],
+        [2.0, 2.0, 8.0],
+    ];
+    let viewport = prop::sample::select(viewports);
+    assert_exact(
+        1_000,
+        (viewport, sizes(), prop::collection::vec(sphere, 0..9)),
+    );
+}
+
+/// Any bits of a finite float, so that magnitudes mix as they never should.
+#[test]
+fn whatever_the_floats() {
+    fn number() -> impl Strategy<Value = f32> + Clone {
+        let finite = |number: &f32| number.is_finite();
+        any::<u32>()
+            .prop_map(f32::from_bits)
+            .prop_filter("finite", finite)
+    }
+    let positive = || number().prop_map(|number| number.abs().max(f32::from_bits(1)));
+    let sphere = [
+        number().boxed(),
+        number().boxed(),
+        number().boxed(),
+        positive().boxed(),
+    ];
+    let viewport = [positive(), positive(), positive()];
+    assert_exact(
+        1_000,
+        (viewport, sizes(), prop::collection::vec(sphere, 1..8)),
+    );
+}
+
+/// A scene whose spheres are all aimed at one ray of the picture: some touch it,
+/// to the last digits, and some meet it at one and the same point.
+fn aimed() -> impl Strategy<Value = Parts> {
+    let aim = (0.0..1.0, 0.0..1.0);
+    let viewport = [0.5_f32..3.0, 0.5_f32..3.0, 0.2_f32..5.0];
+    let magnitude = prop_oneof![
+        3 => Just(0.0_f32),
+        1 => -1.0_f32..4.0,
+        1 => -30.0_f32..30.0,
+    ];
+    // Direction and length from the ray's point, steps of the radius, touch or meet.
+    let sphere = (
+        [-1.0..1.0, -1.0..1.0, -1.0..1.0],
+        0.01..3.0,
+        -2_i32..=2,
+        any::<bool>(),
+    );
+    let spheres = prop::collection::vec(sphere, 1..8);
+    (viewport, sizes(), aim, magnitude, 1.0..30.0, spheres).prop_map(
+        |(viewport, (width, height), (across, down), magnitude, depth, spheres)| {
+            let [vx, vy, vz] = viewport;
+            let camera = Camera::new(
+                Viewport {
+                    width: vx,
+                    height: vy,
+                    distance: vz,
+                },
+                size(width, height),
+            );
+            let column = (across * f64::from(width)) as u32;
+            let row = (down * f64::from(height)) as u32;
+            let ray = [
+                camera.x_double(column),
+                camera.y_double(row),
+                camera.z_double(),
+            ];
+            let factor = 10_f64.powf(f64::from(magnitude));
+            let meet: [f64; 3] = ray.map(|component| component * depth * factor);
+            let aimed = |(offset, length, steps, touch): ([f64; 3], f64, i32, bool)| {
+                let along: f64 = (0..3).map(|i| offset[i] * ray[i]).sum();
+                let squared: f64 = ray.iter().map(|component| component * component).sum();
+                // At right angles to the ray if it is to touch.
+                let offset: [f64; 3] = std::array::from_fn(|i| {
+                    let aside = if touch { along / squared * ray[i] } else { 0.0 };
+                    (offset[i] - aside) * length * factor
+                });
+                let centre: [f32; 3] = std::array::from_fn(|i| (meet[i] + offset[i]) as f32);
+                let radius: f64 = (0..3)
+                    .map(|i: usize| (f64::from(centre[i]) - meet[i]).powi(2))
+                    .sum::<f64>()
+                    .sqrt();
+                let mut radius = (radius as f32).max(f32::MIN_POSITIVE);
+                for _ in 0..steps.abs() {
+                    radius = if steps > 0 {
+                        radius.next_up()
+                    } else {
+                        radius.next_down()
+                    };
+                }
+                [centre[0], centre[1], centre[2], radius]
+            };
+            (
+                viewport,
+                (width, height),
+                spheres.into_iter().map(aimed).collect(),
+            )
+        },
+    )
+}
+
+#[test]
+fn rays_that_touch_and_depths_that_tie() {
+    assert_exact(2_000, aimed());
+}
+
+/// So many that bins, tiles and the order of visits matter.
+#[test]
+fn crowds() {
+    for seed in 0..6 {
+        for count in [50, 500, 2_000] {
+            assert_eq!(
+                wrong(&cloud(count, seed), size(96, 54)),
+                0,
+                "{count}, seed {seed}"
+            );
+        }
+    }
+}
