@@ -206,6 +206,103 @@ fn rays_that_touch_and_depths_that_tie() {
     assert_exact(2_000, aimed());
 }
 
+/// Whole numbers of up to `bits` bits, most of them as long as they may be.
+fn whole(bits: u32) -> impl Strategy<Value = f64> + Clone {
+    (1_u32..1 << bits).prop_map(f64::from)
+}
+
+/// Orthogonal, and each 7 long.
+const FRAME: [[f64; 3]; 3] = [[2.0, 3.0, 6.0], [3.0, -6.0, 2.0], [6.0, 2.0, -3.0]];
+
+fn sphere_of([x, y, z]: [f64; 3], radius: f64) -> [f32; 4] {
+    let sphere = [x, y, z, radius].map(|length| length as f32);
+    assert!(
+        sphere
+            .iter()
+            .zip([x, y, z, radius])
+            .all(|(&rounded, exact)| f64::from(rounded) == exact),
+        "a length that no float has",
+    );
+    sphere
+}
+
+/// `D = 0` for the corner ray, with numbers so long that doubles round on the way.
+#[test]
+fn tangents_that_doubles_round() {
+    let spheres = prop::collection::vec((whole(17), whole(17), 0..4_usize), 1..6);
+    let parts = (whole(19), spheres).prop_map(|(unit, spheres)| {
+        let [x, y, z] = FRAME[0].map(|component| component * unit);
+        let touching = |(along, across, side): (f64, f64, usize)| {
+            let across = if side % 2 == 0 { across } else { -across };
+            let offset = FRAME[1 + side / 2];
+            let centre = std::array::from_fn(|i| along * FRAME[0][i] + across * offset[i]);
+            sphere_of(centre, 7.0 * across.abs())
+        };
+        let viewport = [2.0 * x, 2.0 * y, z].map(|length| length as f32);
+        (
+            viewport,
+            (3, 3),
+            spheres.into_iter().map(touching).collect(),
+        )
+    });
+    assert_exact(10_000, parts);
+}
+
+/// `D = 0` for rays of the middle row whose x is no binary fraction.
+#[test]
+fn tangents_along_rays_that_doubles_round() {
+    let spheres = prop::collection::vec((0_u32..8, whole(4), whole(23), any::<bool>()), 1..6);
+    let viewport = (whole(14), whole(14), whole(14));
+    let parts = (viewport, spheres).prop_map(|((width, height, distance), spheres)| {
+        // Of 8 columns: x = width (2i - 7)/14.
+        let touching = |(column, along, radius, above): (u32, f64, f64, bool)| {
+            let x = along * width * f64::from(2 * column as i32 - 7);
+            let side = if above { 1.0 } else { -1.0 };
+            sphere_of([x, side * radius, 14.0 * along * distance], radius)
+        };
+        let viewport = [width, height, distance].map(|length| length as f32);
+        (
+            viewport,
+            (8, 3),
+            spheres.into_iter().map(touching).collect(),
+        )
+    });
+    assert_exact(10_000, parts);
+}
+
+/// Spheres that the corner ray meets at one point, or that differ there by the
+/// last digit of one number: from outside, from inside, and from the surface.
+#[test]
+fn ties_that_doubles_round() {
+    let one = (whole(16), 0..6_usize, any::<bool>(), 0..3_usize);
+    let spheres = prop::collection::vec(one, 2..7);
+    let parts = (whole(19), whole(17), spheres).prop_map(|(unit, depth, spheres)| {
+        let [x, y, z] = FRAME[0].map(|component| component * unit);
+        let meeting = |(offset, direction, away, nudge): (f64, usize, bool, usize)| {
+            let side = if direction % 2 == 0 { 1.0 } else { -1.0 };
+            // The first direction is along the ray, and then the wall is near or far.
+            let centre = std::array::from_fn(|i| {
+                depth * FRAME[0][i] + side * offset * FRAME[direction / 2][i]
+            });
+            let mut sphere = sphere_of(centre, 7.0 * offset);
+            if away && nudge > 0 {
+                let digit = &mut sphere[nudge];
+                *digit = digit.next_up();
+            }
+            sphere
+        };
+        let on_the_surface = sphere_of(
+            FRAME[0].map(|component| component * depth / 2.0),
+            depth * 3.5,
+        );
+        let mut spheres: Vec<_> = spheres.into_iter().map(meeting).collect();
+        spheres.push(on_the_surface);
+        let viewport = [2.0 * x, 2.0 * y, z].map(|length| length as f32);
+        (viewport, (3, 3), spheres)
+    });
+    assert_exact(10_000, parts);
+}
+
 /// So many that bins, tiles and the order of visits matter.
 #[test]
 fn crowds() {
