@@ -28,6 +28,19 @@ pub(crate) fn picture(scene: &Scene, size: ImageSize, method: Method) -> Vec<u8>
     pixels
 }
 
+/// Above this many spheres a frame of the reference takes minutes.
+const REFERENCE_SPHERES: usize = 64;
+
+/// What a method is held against: the reference, or exact where there are too
+/// many spheres for it. Exact itself then answers to the reference on a small image.
+pub(crate) fn judge(scene: &Scene) -> Method {
+    if scene.spheres.len() <= REFERENCE_SPHERES {
+        Method::Reference
+    } else {
+        Method::Exact
+    }
+}
+
 /// The median of frames: at least three and at most a second of them.
 pub(crate) fn median(mut frame: impl FnMut() -> Duration) -> Duration {
     const LEAST: usize = 3;

@@ -110,7 +110,7 @@ impl Decades {
     pub(crate) fn new(first: f64, last: f64) -> Self {
         let (first, last) = (first.log10(), last.log10());
         // Room for half a marker at either end.
-        let margin = 0.04 * (last - first);
+        let margin = 0.05 * (last - first);
         Self {
             first: first - margin,
             last: last + margin,

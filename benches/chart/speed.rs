@@ -10,15 +10,12 @@ use sfera::{
 };
 
 use crate::{
-    measure::{frame, median, picture, wrong},
+    measure::{frame, judge, median, wrong},
     plot::{Area, Decades, Drawn, LARGE, SMALL, WIDTH, mark, name, panel, text},
 };
 
 const COLUMNS: u32 = 1920;
 const ROWS: u32 = 1080;
-
-/// Above this many spheres a frame of the reference takes minutes.
-const REFERENCE_SPHERES: usize = 32;
 
 /// Of the markers.
 const RADIUS: f64 = 12.0;
@@ -88,11 +85,13 @@ pub(crate) fn draw(scenes: &[(String, Scene)], folder: &Path) -> Drawn {
 /// All points of a scene, and the milliseconds of filling the memory of a picture.
 fn measure(scene: &Scene) -> Drawn<(Vec<Point>, f64)> {
     let size = ImageSize::new(COLUMNS, ROWS)?;
-    let exact = picture(scene, size, Method::Exact);
     let both = |method| [Form::Scalar, Form::Packets].map(|form| (method, form));
     let floats = [Method::Textbook, Method::Geometric, Method::Double]
         .into_iter()
         .flat_map(both);
+    let mut right = vec![0; size.pixel_bytes()];
+    let judge = judge(scene);
+    let judged_in = frame(scene, size, judge, Form::Scalar, &mut right);
     let mut pixels = vec![0; size.pixel_bytes()];
     let mut points = Vec::new();
     for (method, form) in floats.chain([(Method::Exact, Form::Packets)]) {
@@ -101,16 +100,15 @@ fn measure(scene: &Scene) -> Drawn<(Vec<Point>, f64)> {
             method,
             form,
             milliseconds: time.as_secs_f64() * 1e3,
-            wrong: wrong(&pixels, &exact),
+            wrong: wrong(&pixels, &right),
         });
     }
-    if scene.spheres.len() <= REFERENCE_SPHERES {
-        let time = frame(scene, size, Method::Reference, Form::Scalar, &mut pixels);
+    if judge == Method::Reference {
         points.push(Point {
-            method: Method::Reference,
+            method: judge,
             form: Form::Scalar,
-            milliseconds: time.as_secs_f64() * 1e3,
-            wrong: wrong(&pixels, &exact),
+            milliseconds: judged_in.as_secs_f64() * 1e3,
+            wrong: 0,
         });
     }
     let floor = median(|| {
