@@ -38,7 +38,7 @@ fn compare(criterion: &mut Criterion, name: &str, scene: &Scene, size: ImageSize
     for threads in [1, 2] {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.expect("a thread pool");
-        let mut group = criterion.benchmark_group(format!("{name}, {threads} threads"));
+        let mut group = criterion.benchmark_group(format!("{name}, threads {threads}"));
         group.throughput(Throughput::Elements(size.pixels()));
         group
             .sample_size(10)
