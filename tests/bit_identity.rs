@@ -15,7 +15,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use sfera::{
     camera::ImageSize,
     families::{FAMILIES, cloud},
-    render::{Form, Method},
+    render::{Form, Method, Renderer},
     scene::Scene,
 };
 
@@ -125,6 +125,24 @@ fn random_scenes_on_1_2_and_7_threads() {
         let scene = scene([width, height, distance], &spheres);
         assert_identical(&scene, size(columns, rows), &pools);
     });
+}
+
+/// An image that is drawn in parts, wherever it is cut, is the image.
+#[test]
+fn rows_drawn_apart_are_the_rows_drawn_together() {
+    let scene = cloud(100, 2);
+    let size = size(45, 71);
+    for method in FLOAT_METHODS.into_iter().chain([Method::Exact]) {
+        let whole = draw(&scene, size, method, Form::Packets);
+        let renderer = Renderer::new(&scene, size, method, Form::Packets);
+        for cut in [0, 1, 15, 16, 17, 40, 70, 71] {
+            let mut parts = vec![0; size.pixel_bytes()];
+            let (above, below) = parts.split_at_mut(size.row_bytes() * cut as usize);
+            renderer.draw(cut..size.height(), below, &|_| ());
+            renderer.draw(0..cut, above, &|_| ());
+            assert!(parts == whole, "{method:?} cut at row {cut}");
+        }
+    }
 }
 
 /// Leaves the hashes of many pictures for `make test`, which compares them
