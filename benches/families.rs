@@ -1,17 +1,30 @@
-//! Writes every family of scenes to a folder: `make families`.
+//! Writes every family of scenes to a folder: `make families`; or one uniform
+//! cloud to a file: `cargo bench --bench families -- cloud COUNT FILE`.
 
 use std::{error::Error, fmt::Write, fs, path::PathBuf};
 
-use sfera::{families::FAMILIES, scene::Scene};
+use sfera::{
+    families::{FAMILIES, cloud},
+    scene::Scene,
+};
 
 const SEEDS: u64 = 8;
 
+const CLOUD_SEED: u64 = 1;
+
 fn main() -> Result<(), Box<dyn Error>> {
     // Cargo passes options of its own, such as --bench.
-    let folder = std::env::args_os()
+    let arguments: Vec<String> = std::env::args()
         .skip(1)
-        .find(|argument| !argument.to_string_lossy().starts_with("--"))
-        .map_or_else(|| PathBuf::from("target/families"), PathBuf::from);
+        .filter(|argument| !argument.starts_with("--"))
+        .collect();
+    if let [word, count, file] = arguments.as_slice()
+        && word == "cloud"
+    {
+        fs::write(file, text(&cloud(count.parse()?, CLOUD_SEED)))?;
+        return Ok(());
+    }
+    let folder = PathBuf::from(arguments.first().map_or("target/families", String::as_str));
     let mut written = 0;
     for family in FAMILIES {
         let folder = folder.join(family.name.replace(' ', "-"));
