@@ -1,6 +1,6 @@
 # Everything a person or CI runs by name. `make` alone lists it.
 
-.PHONY: help build run test bench chart families check
+.PHONY: help build run test bench chart growth families peers peers-install check
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -29,9 +29,21 @@ bench:
 chart:
 	cargo bench --bench chart -- $(SCENES)
 
+## growth  the chart of growth alone; Embree's figures in it are those of the last `make peers`
+growth:
+	cargo bench --bench chart -- growth
+
 ## families   every family of hard scenes as files, to target/families
 families:
 	cargo bench --bench families
+
+## peers   sfera and what people would use instead, on the same scenes; table to benches/peers/results.md
+peers:
+	python3 benches/peers/run.py $(PEERS)
+
+## peers-install   the peers of `make peers`, from Debian's packages
+peers-install:
+	apt-get install -y gcc g++ libembree-dev libtbb-dev tachyon povray
 
 ## check   format, lints, docs
 check:

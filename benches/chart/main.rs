@@ -1,11 +1,13 @@
 //! Measures the methods and draws the charts of the README.
 //!
 //! ```text
-//! make chart                         speed, stability and difference, to benches/charts/
+//! make chart                         speed, stability, difference, growth, to benches/charts/
+//! make growth                        growth alone
 //! make chart SCENES="one.txt ..."    speed on scenes of your own, to target/charts/
 //! ```
 
 mod difference;
+mod growth;
 mod measure;
 mod plot;
 mod speed;
@@ -26,7 +28,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         .filter(|argument| !argument.to_string_lossy().starts_with("--"))
         .map(PathBuf::from)
         .collect();
-    if own.is_empty() {
+    if own == [Path::new("growth")] {
+        draw_growth(Path::new("benches/charts"))
+    } else if own.is_empty() {
         draw_all(Path::new("benches/charts"))
     } else {
         draw_own(&own, Path::new("target/charts"))
@@ -38,11 +42,17 @@ fn draw_all(folder: &Path) -> Result<(), Box<dyn Error>> {
     let example = read(Path::new("scenes/example.txt"))?;
     let far = read(Path::new("scenes/far.txt"))?;
     let cloud = ("cloud".to_owned(), families::cloud(1_000, 1));
+    draw_growth(folder)?;
     difference::draw(&far.1, folder)?;
     stability::draw(folder)?;
     speed::draw(&[example, far, cloud], folder)?;
     println!("drawn: {}", folder.display());
     Ok(())
+}
+
+fn draw_growth(folder: &Path) -> Result<(), Box<dyn Error>> {
+    fs::create_dir_all(folder)?;
+    growth::draw(&read(Path::new("scenes/example.txt"))?.1, folder)
 }
 
 fn draw_own(paths: &[PathBuf], folder: &Path) -> Result<(), Box<dyn Error>> {

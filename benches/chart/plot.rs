@@ -26,7 +26,7 @@ pub(crate) const WIDTH: u32 = 1680;
 pub(crate) const SMALL: u32 = 24;
 pub(crate) const LARGE: u32 = 28;
 
-const GRID: RGBColor = RGBColor(225, 225, 225);
+pub(crate) const GRID: RGBColor = RGBColor(225, 225, 225);
 const ZERO_BAND: RGBColor = RGBColor(238, 243, 238);
 
 pub(crate) fn font(size: u32) -> TextStyle<'static> {

@@ -1,9 +1,23 @@
 /* compare A.ppm B.ppm: prints how many pixels differ. */
 #include "scene.h"
 
+/* A number of the header, past white space and comments. */
+static unsigned header_number(FILE *file) {
+  unsigned number;
+  while (fscanf(file, " %u", &number) != 1) {
+    if (fgetc(file) != '#') fail("not a PPM");
+    for (int c = 0; c != '\n';)
+      if ((c = fgetc(file)) == EOF) fail("not a PPM");
+  }
+  return number;
+}
+
 static uint8_t *read_image(const char *path, unsigned *width, unsigned *height) {
   FILE *file = fopen(path, "rb");
-  if (!file || fscanf(file, "P6 %u %u 255", width, height) != 2) fail(path);
+  if (!file || fgetc(file) != 'P' || fgetc(file) != '6') fail(path);
+  *width = header_number(file);
+  *height = header_number(file);
+  if (header_number(file) != 255) fail(path);
   fgetc(file);
   size_t bytes = (size_t)*width * *height * 3;
   uint8_t *rgb = malloc(bytes);

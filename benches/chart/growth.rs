@@ -1,0 +1,420 @@
+//! How the time grows: with spheres, with pixels, with threads.
+//!
+//! Embree's figures are those that `make peers` left; without them it is not drawn.
+
+use std::{fmt::Write, fs, path::Path, time::Duration};
+
+use plotters::{
+    chart::MeshStyle, coord::ranged1d::ValueFormatter, prelude::*, style::text_anchor::HPos,
+};
+use rayon::prelude::*;
+use sfera::{
+    camera::ImageSize,
+    families,
+    render::{Form, Method},
+    scene::Scene,
+};
+
+use crate::{
+    measure::{frame, median},
+    plot::{Area, Decades, Drawn, GRID, LARGE, SMALL, WIDTH, colour, font, mark, text},
+};
+
+const PEERS: &str = "benches/peers/results.csv";
+const FULL_HD: (u32, u32) = (1920, 1080);
+
+/// Widths of pictures of 16:9 with about 10^5, 10^5.5 .. 10^9 pixels.
+const WIDTHS: [u32; 9] = [416, 752, 1_328, 2_368, 4_208, 7_488, 13_328, 23_696, 42_160];
+const SPHERES: [usize; 6] = [100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
+const THREADS_SPHERES: usize = 100_000;
+
+/// A curve ends with the first frame that takes longer.
+const LONGEST: Duration = Duration::from_secs(3);
+
+const MILLISECONDS: (f64, f64) = (0.01, 10_000.0);
+const RADIUS: f64 = 9.0;
+
+/// What a curve is of.
+#[derive(Clone, Copy, PartialEq)]
+enum Subject {
+    Exact,
+    Textbook,
+    Embree,
+    Fill,
+}
+
+const SUBJECTS: [Subject; 4] = [
+    Subject::Fill,
+    Subject::Embree,
+    Subject::Textbook,
+    Subject::Exact,
+];
+
+impl Subject {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "sfera, exact",
+            Self::Textbook => "sfera, textbook (f32)",
+            Self::Embree => "Embree, best mode, tree built",
+            Self::Fill => "memory filled with one colour",
+        }
+    }
+
+    fn colour(self) -> RGBColor {
+        match self {
+            Self::Exact => colour(Method::Exact),
+            Self::Textbook => colour(Method::Textbook),
+            Self::Embree => RGBColor(86, 180, 233),
+            Self::Fill => BLACK,
+        }
+    }
+
+    /// The floor is a line without marks.
+    fn mark(self, area: &Area, at: (i32, i32)) -> Drawn {
+        match self {
+            Self::Exact => mark(area, at, Method::Exact, Form::Packets, RADIUS),
+            Self::Textbook => mark(area, at, Method::Textbook, Form::Packets, RADIUS),
+            Self::Embree => {
+                let side = RADIUS as i32;
+                let corners = [(at.0 - side, at.1 - side), (at.0 + side, at.1 + side)];
+                area.draw(&Rectangle::new(corners, self.colour().filled()))?;
+                Ok(())
+            }
+            Self::Fill => Ok(()),
+        }
+    }
+}
+
+/// Milliseconds at each place on an axis.
+type Curve = Vec<(f64, f64)>;
+
+struct Panel {
+    title: String,
+    axis: &'static str,
+    curves: Vec<(Subject, Curve)>,
+}
+
+/// Measures and draws the three panels.
+pub(crate) fn draw(example: &Scene, folder: &Path) -> Drawn {
+    let threads = rayon::current_num_threads();
+    let embree = embree(threads);
+    let panels = [
+        by_spheres(&embree)?,
+        by_pixels(example, &embree)?,
+        by_threads(&embree)?,
+    ];
+    let mut table = String::from("panel,subject,place,milliseconds\n");
+    for panel in &panels {
+        for (subject, curve) in &panel.curves {
+            for (place, milliseconds) in curve {
+                let axis = panel.axis;
+                writeln!(
+                    table,
+                    "{axis},\"{}\",{place},{milliseconds:.4}",
+                    subject.name()
+                )?;
+            }
+        }
+    }
+    fs::write(folder.join("growth.csv"), table)?;
+    plot(&panels, threads, &folder.join("growth.svg"))
+}
+
+fn by_spheres(embree: &[Measured]) -> Drawn<Panel> {
+    let size = ImageSize::new(FULL_HD.0, FULL_HD.1)?;
+    let mut pixels = vec![0; size.pixel_bytes()];
+    let floor = fill(&mut pixels);
+    let mut curves = Curves::default();
+    for count in SPHERES {
+        if curves.ended(Subject::Exact) && curves.ended(Subject::Textbook) {
+            break;
+        }
+        println!("{count} spheres");
+        let scene = families::cloud(count, 1);
+        for (subject, method) in [
+            (Subject::Exact, Method::Exact),
+            (Subject::Textbook, Method::Textbook),
+        ] {
+            curves.measure(subject, count as f64, || {
+                frame(&scene, size, method, Form::Packets, &mut pixels)
+            });
+        }
+    }
+    let clouds = |row: &&Measured| row.cloud && (row.width, row.height) == FULL_HD;
+    let threads = rayon::current_num_threads();
+    for row in embree.iter().filter(clouds) {
+        if row.threads == threads {
+            curves.add(Subject::Embree, row.spheres, row.milliseconds);
+        }
+    }
+    for count in SPHERES {
+        curves.add(Subject::Fill, count as f64, floor);
+    }
+    Ok(Panel {
+        title: format!("uniform clouds, {} x {}", FULL_HD.0, FULL_HD.1),
+        axis: "spheres",
+        curves: curves.0,
+    })
+}
+
+fn by_pixels(example: &Scene, embree: &[Measured]) -> Drawn<Panel> {
+    let mut curves = Curves::default();
+    for width in WIDTHS {
+        let size = ImageSize::new(width, width * 9 / 16)?;
+        let place = size.pixels() as f64;
+        println!("{width} x {} pixels", width * 9 / 16);
+        let mut pixels = vec![0; size.pixel_bytes()];
+        curves.add(Subject::Fill, place, fill(&mut pixels));
+        for (subject, method) in [
+            (Subject::Exact, Method::Exact),
+            (Subject::Textbook, Method::Textbook),
+        ] {
+            curves.measure(subject, place, || {
+                frame(example, size, method, Form::Packets, &mut pixels)
+            });
+        }
+    }
+    let threads = rayon::current_num_threads();
+    for row in embree
+        .iter()
+        .filter(|row| !row.cloud && row.threads == threads)
+    {
+        let pixels = f64::from(row.width) * f64::from(row.height);
+        curves.add(Subject::Embree, pixels, row.milliseconds);
+    }
+    Ok(Panel {
+        title: format!("the example: {} spheres", example.spheres.len()),
+        axis: "pixels",
+        curves: curves.0,
+    })
+}
+
+fn by_threads(embree: &[Measured]) -> Drawn<Panel> {
+    let scene = families::cloud(THREADS_SPHERES, 1);
+    let size = ImageSize::new(FULL_HD.0, FULL_HD.1)?;
+    let mut pixels = vec![0; size.pixel_bytes()];
+    let mut curves = Curves::default();
+    for threads in 1..=rayon::current_num_threads() {
+        println!("{threads} threads");
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()?;
+        let place = threads as f64;
+        pool.install(|| {
+            curves.add(Subject::Fill, place, fill(&mut pixels));
+            curves.measure(Subject::Exact, place, || {
+                frame(&scene, size, Method::Exact, Form::Packets, &mut pixels)
+            });
+        });
+        for row in embree {
+            let same = row.spheres == THREADS_SPHERES as f64 && row.cloud;
+            if same && row.threads == threads && (row.width, row.height) == FULL_HD {
+                curves.add(Subject::Embree, place, row.milliseconds);
+            }
+        }
+    }
+    Ok(Panel {
+        title: format!("cloud of {THREADS_SPHERES}"),
+        axis: "threads",
+        curves: curves.0,
+    })
+}
+
+#[derive(Default)]
+struct Curves(Vec<(Subject, Curve)>);
+
+impl Curves {
+    fn add(&mut self, subject: Subject, place: f64, milliseconds: f64) {
+        match self.0.iter_mut().find(|(of, _)| *of == subject) {
+            Some((_, curve)) => curve.push((place, milliseconds)),
+            None => self.0.push((subject, vec![(place, milliseconds)])),
+        }
+    }
+
+    fn ended(&self, subject: Subject) -> bool {
+        let last = self.0.iter().find(|(of, _)| *of == subject);
+        last.and_then(|(_, curve)| curve.last())
+            .is_some_and(|&(_, milliseconds)| milliseconds > LONGEST.as_secs_f64() * 1e3)
+    }
+
+    /// The median of frames, or the first alone if that is too long already.
+    fn measure(&mut self, subject: Subject, place: f64, mut frame: impl FnMut() -> Duration) {
+        if self.ended(subject) {
+            return;
+        }
+        let first = frame();
+        let time = if first > LONGEST {
+            first
+        } else {
+            median(frame)
+        };
+        self.add(subject, place, time.as_secs_f64() * 1e3);
+    }
+}
+
+/// Milliseconds of filling the memory of a picture on the threads there are.
+fn fill(pixels: &mut [u8]) -> f64 {
+    let piece = pixels.len().div_ceil(rayon::current_num_threads());
+    let time = median(|| {
+        let start = std::time::Instant::now();
+        pixels
+            .par_chunks_mut(piece)
+            .for_each(|bytes| bytes.fill(200));
+        start.elapsed()
+    });
+    time.as_secs_f64() * 1e3
+}
+
+/// A figure of Embree's from `make peers`.
+struct Measured {
+    cloud: bool,
+    spheres: f64,
+    width: u32,
+    height: u32,
+    threads: usize,
+    milliseconds: f64,
+}
+
+/// Embree's best modes, at thread counts that this machine has.
+fn embree(most_threads: usize) -> Vec<Measured> {
+    let table = fs::read_to_string(PEERS).unwrap_or_default();
+    let row = |line: &str| -> Option<Measured> {
+        let cells: Vec<_> = line.split(',').collect();
+        let [
+            scene,
+            spheres,
+            width,
+            height,
+            threads,
+            "in memory",
+            "Embree",
+            _,
+            milliseconds,
+            ..,
+        ] = cells[..]
+        else {
+            return None;
+        };
+        Some(Measured {
+            cloud: scene.starts_with("cloud"),
+            spheres: spheres.parse().ok()?,
+            width: width.parse().ok()?,
+            height: height.parse().ok()?,
+            threads: threads.parse().ok()?,
+            milliseconds: milliseconds.parse().ok()?,
+        })
+    };
+    let rows = table.lines().filter_map(row);
+    let rows: Vec<_> = rows.filter(|row| row.threads <= most_threads).collect();
+    if rows.is_empty() {
+        println!("Embree is not drawn: no figures of it in {PEERS}; make peers measures them");
+    }
+    rows
+}
+
+fn plot(panels: &[Panel], threads: usize, path: &Path) -> Drawn {
+    const LEGEND: u32 = 140;
+    const PANEL: u32 = 620;
+    let root = SVGBackend::new(path, (WIDTH, LEGEND + PANEL)).into_drawing_area();
+    root.fill(&WHITE)?;
+    legend(&root, threads)?;
+    let (_, below) = root.split_vertically(LEGEND);
+    let (left, right) = below.split_horizontally(WIDTH * 39 / 100);
+    let (middle, right) = right.split_horizontally(WIDTH * 37 / 100);
+    for (index, (area, panel)) in [left, middle, right].iter().zip(panels).enumerate() {
+        let places = panel.curves.iter().flat_map(|(_, curve)| curve);
+        let most = places.fold(1.0_f64, |most, &(place, _)| most.max(place));
+        let mut builder = ChartBuilder::on(area);
+        builder
+            .margin(10)
+            .margin_right(24)
+            .margin_top(48)
+            .x_label_area_size(80)
+            .y_label_area_size(if index == 0 { 110 } else { 70 });
+        let (width, _) = area.dim_in_pixel();
+        let title = (width as i32 / 2 + 30, 24);
+        text(area, title, &panel.title, LARGE, HPos::Center)?;
+        let y = Decades::new(MILLISECONDS.0, MILLISECONDS.1);
+        let y_description = (index == 0).then_some("milliseconds a frame");
+        if panel.axis == "threads" {
+            let mut chart = builder.build_cartesian_2d(0.5..most + 0.5, y)?;
+            let mut mesh = chart.configure_mesh();
+            mesh.x_labels(2 * most as usize + 2)
+                .x_label_formatter(&|place| match place.fract() {
+                    0.0 => format!("{place}"),
+                    _ => String::new(),
+                });
+            style(&mut mesh, panel.axis, y_description)?;
+            for (subject, curve) in &panel.curves {
+                draw_curve(&root, &mut chart, *subject, curve)?;
+            }
+        } else {
+            let least = if panel.axis == "pixels" { 1e5 } else { 1e2 };
+            let x = Decades::new(least, most);
+            let mut chart = builder.build_cartesian_2d(x, y)?;
+            style(
+                chart.configure_mesh().x_labels(7),
+                panel.axis,
+                y_description,
+            )?;
+            for (subject, curve) in &panel.curves {
+                draw_curve(&root, &mut chart, *subject, curve)?;
+            }
+        }
+    }
+    root.present()?;
+    Ok(())
+}
+
+type Mesh<'one, 'two, 'file, X> = MeshStyle<'one, 'two, X, Decades, SVGBackend<'file>>;
+
+fn style<X>(
+    mesh: &mut Mesh<'_, '_, '_, X>,
+    x_description: &str,
+    y_description: Option<&str>,
+) -> Drawn
+where
+    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
+    mesh.y_labels(8)
+        .max_light_lines(0)
+        .bold_line_style(GRID)
+        .axis_style(RGBColor(90, 90, 90))
+        .label_style(font(SMALL))
+        .axis_desc_style(font(SMALL))
+        .x_desc(x_description);
+    if let Some(description) = y_description {
+        mesh.y_desc(description);
+    }
+    mesh.draw()?;
+    Ok(())
+}
+
+fn draw_curve<X: Ranged<ValueType = f64>>(
+    root: &Area,
+    chart: &mut ChartContext<SVGBackend, Cartesian2d<X, Decades>>,
+    subject: Subject,
+    curve: &[(f64, f64)],
+) -> Drawn {
+    let line = subject.colour().stroke_width(4);
+    chart.draw_series(LineSeries::new(curve.iter().copied(), line))?;
+    for point in curve {
+        subject.mark(root, chart.backend_coord(point))?;
+    }
+    Ok(())
+}
+
+fn legend(root: &Area, threads: usize) -> Drawn {
+    let title = format!("How the time of a frame grows, in memory, on {threads} threads");
+    text(root, (WIDTH as i32 / 2, 32), &title, LARGE, HPos::Center)?;
+    let mut x = 110;
+    for subject in SUBJECTS.into_iter().rev() {
+        let line = vec![(x - 36, 92), (x, 92)];
+        let stroke = subject.colour().stroke_width(4);
+        root.draw(&PathElement::new(line, stroke))?;
+        subject.mark(root, (x - 18, 92))?;
+        text(root, (x + 12, 92), subject.name(), SMALL, HPos::Left)?;
+        x += 110 + 12 * subject.name().len() as i32;
+    }
+    Ok(())
+}
