@@ -9,6 +9,7 @@ In memory: from spheres in memory to RGB in memory, the tree's build included, t
 a few runs each, three times around; the figures are medians of all their runs. Embree's modes are each tried first; its
 best two by build + trace then take their turns, and the better one is reported.
 Whole command: from exec to exit, also in turns, the image file removed before every run.
+Peak memory: of the whole process, the scene's text and the pages of the mapped image among it.
 Wrong pixels: against the picture of sfera's default method.
 """
 
@@ -221,9 +222,13 @@ class Run:
             command = [self.peers.rust["in_memory"], "draw", scene.path, *size, "--threads", threads]
             return json.loads(output([*command, "--runs", each, "--image", image, *more]))
 
-        def program(binary, *more):
-            lines = output([WORK / binary, scene.path, *size, threads, each, *more]).splitlines()
+        def program(binary, *more, runs=each):
+            lines = output([WORK / binary, scene.path, *size, threads, runs, *more]).splitlines()
             return [json.loads(line) for line in lines]
+
+        def peak(binary, *more):
+            command = [WORK / binary, scene.path, *size, threads, 1, *more]
+            return json.loads(output([WORK / "measure", 1, 60, image, WORK / "log", "--", *command]))["peak_kib"] / 1024
 
         turns = {("sfera", "default"): ours} if truth else {}
         if scene.count <= 10_000:
@@ -233,9 +238,7 @@ class Run:
         if self.peers.embree and scene.count <= 1_000_000:
             modes = {
                 mode["mode"]: median(mode["build"]) + median(mode["trace"])
-                for mode in map(
-                    json.loads, output([WORK / "embree", scene.path, *size, threads, 3]).splitlines()
-                )
+                for mode in program("embree", runs=3)
             }
             for mode, ms in modes.items():
                 self.table.add(case, "in memory, tried", "Embree", mode, ms, runs=3)
@@ -265,7 +268,8 @@ class Run:
             if peer == "sfera" and mode != "default":
                 peer = f"sfera --method {mode}"
             if peer != "Embree" or row is best:
-                self.table.add(case, "in memory", peer, mode, ms, text, wrong=errors, runs=runs)
+                memory = {"OpenMP": lambda: peak("openmp"), "Embree": lambda: peak("embree", mode)}.get(peer)
+                self.table.add(case, "in memory", peer, mode, ms, text, memory and memory(), errors, runs)
 
     def whole(self, case, truth):
         scene, size, threads = case
