@@ -316,3 +316,15 @@ fn crowds() {
         }
     }
 }
+
+/// Before the camera, behind it, across its plane, around it.
+#[test]
+fn crowds_all_around() {
+    let sphere = (-4.0_f32..4.0, -4.0_f32..4.0, -4.0_f32..4.0, 0.02_f32..0.6)
+        .prop_map(|(x, y, z, radius)| [x, y, z, radius]);
+    let around = (-0.5_f32..0.5, -0.5_f32..0.5, -0.5_f32..0.5, 3.0_f32..9.0)
+        .prop_map(|(x, y, z, radius)| [x, y, z, radius]);
+    let viewport = [0.2_f32..6.0, 0.2_f32..6.0, 0.2_f32..2.0];
+    let spheres = prop::collection::vec(prop_oneof![30 => sphere, 1 => around], 50..200);
+    assert_exact(12, (viewport, (40_u32..90, 30_u32..60), spheres));
+}

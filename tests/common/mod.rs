@@ -28,7 +28,7 @@ pub(crate) fn scene(viewport: [f32; 3], spheres: &[[f32; 4]]) -> Scene {
             .map(|(index, &[x, y, z, radius])| Sphere {
                 centre: [x, y, z],
                 radius,
-                colour: [index as u8 + 1, (index / 256) as u8, 255],
+                colour: [index as u8, (index >> 8) as u8, 255],
             })
             .collect(),
     }
