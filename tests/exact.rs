@@ -306,7 +306,7 @@ fn ties_that_doubles_round() {
 /// So many that bins, tiles and the order of visits matter.
 #[test]
 fn crowds() {
-    for seed in 0..6 {
+    for seed in 0..3 {
         for count in [50, 500, 2_000] {
             assert_eq!(
                 wrong(&cloud(count, seed), size(96, 54)),
