@@ -98,10 +98,14 @@ struct Panel {
 pub(crate) fn draw(example: &Scene, folder: &Path) -> Drawn {
     let threads = rayon::current_num_threads();
     let embree = embree(threads);
+    let by_spheres = by_spheres(&embree)?;
+    let exact_reaches = by_spheres.curves.iter().any(|(subject, curve)| {
+        *subject == Subject::Exact && curve.iter().any(|at| at.0 == THREADS_SPHERES as f64)
+    });
     let panels = [
-        by_spheres(&embree)?,
+        by_spheres,
         by_pixels(example, &embree)?,
-        by_threads(&embree)?,
+        by_threads(exact_reaches, &embree)?,
     ];
     let mut table = String::from("panel,subject,place,milliseconds\n");
     for panel in &panels {
@@ -189,7 +193,7 @@ fn by_pixels(example: &Scene, embree: &[Measured]) -> Drawn<Panel> {
     })
 }
 
-fn by_threads(embree: &[Measured]) -> Drawn<Panel> {
+fn by_threads(exact_reaches: bool, embree: &[Measured]) -> Drawn<Panel> {
     let scene = families::cloud(THREADS_SPHERES, 1);
     let size = ImageSize::new(FULL_HD.0, FULL_HD.1)?;
     let mut pixels = vec![0; size.pixel_bytes()];
@@ -202,9 +206,11 @@ fn by_threads(embree: &[Measured]) -> Drawn<Panel> {
         let place = threads as f64;
         pool.install(|| {
             curves.add(Subject::Fill, place, fill(&mut pixels));
-            curves.measure(Subject::Exact, place, || {
-                frame(&scene, size, Method::Exact, Form::Packets, &mut pixels)
-            });
+            if exact_reaches {
+                curves.measure(Subject::Exact, place, || {
+                    frame(&scene, size, Method::Exact, Form::Packets, &mut pixels)
+                });
+            }
         });
         for row in embree {
             let same = row.spheres == THREADS_SPHERES as f64 && row.cloud;
@@ -214,7 +220,7 @@ fn by_threads(embree: &[Measured]) -> Drawn<Panel> {
         }
     }
     Ok(Panel {
-        title: format!("cloud of {THREADS_SPHERES}"),
+        title: format!("{THREADS_SPHERES} spheres"),
         axis: "threads",
         curves: curves.0,
     })
@@ -305,7 +311,13 @@ fn embree(most_threads: usize) -> Vec<Measured> {
         })
     };
     let rows = table.lines().filter_map(row);
-    let rows: Vec<_> = rows.filter(|row| row.threads <= most_threads).collect();
+    let mut rows: Vec<_> = rows.filter(|row| row.threads <= most_threads).collect();
+    rows.sort_by(|one, other| {
+        let place = |row: &Measured| (row.spheres, f64::from(row.width));
+        place(one)
+            .partial_cmp(&place(other))
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
     if rows.is_empty() {
         println!("Embree is not drawn: no figures of it in {PEERS}; make peers measures them");
     }
@@ -339,7 +351,8 @@ fn plot(panels: &[Panel], threads: usize, path: &Path) -> Drawn {
         if panel.axis == "threads" {
             let mut chart = builder.build_cartesian_2d(0.5..most + 0.5, y)?;
             let mut mesh = chart.configure_mesh();
-            mesh.x_labels(2 * most as usize + 2)
+            mesh.disable_x_mesh()
+                .x_labels(2 * most as usize + 2)
                 .x_label_formatter(&|place| match place.fract() {
                     0.0 => format!("{place}"),
                     _ => String::new(),

@@ -60,8 +60,9 @@ class Peers:
     def __init__(self):
         WORK.mkdir(parents=True, exist_ok=True)
         self.missing = []
-        cargo = ["cargo", "build", "--release", "--bin", "sfera", "--bench", "in_memory", "--bench", "families"]
-        built = subprocess.run([*cargo, "--message-format=json"], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
+        cargo = ["cargo", "build", "--release", "--message-format=json"]
+        cargo += ["--bin", "sfera", "--bench", "in_memory", "--bench", "families"]
+        built = subprocess.run(cargo, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
         self.rust = {}
         for line in built.stdout.splitlines():
             message = json.loads(line)
@@ -333,7 +334,8 @@ class Run:
     def stages(peer, text):
         found = {}
         if peer == "Tachyon":
-            for name, word in (("parse", "Scene Parsing"), ("prepare", "Preprocessing"), ("trace", "Ray Tracing"), ("write", "Image I/O")):
+            words = {"parse": "Scene Parsing", "prepare": "Preprocessing", "trace": "Ray Tracing", "write": "Image I/O"}
+            for name, word in words.items():
                 found[name] = [1e3 * float(s) for s in re.findall(rf"{word} Time:\s*([\d.]+)", text)]
         if peer == "POV-Ray":
             for name, word in (("parse", "Parse"), ("prepare", "Bounding"), ("trace", "Trace")):
@@ -347,8 +349,8 @@ def machine():
 
 
 def markdown(table, peers, arguments):
-    lines = ["# sfera and its peers", ""]
-    lines += [f"{arguments.date}, {machine()}. Written by `make peers`; `run.py` beside this file says what is measured.", ""]
+    lines = ["# sfera and its peers", "", f"{arguments.date}, {machine()}."]
+    lines += ["Written by `make peers`; `run.py` beside this file says what is measured and how.", ""]
     lines += [f"- {line}" for line in peers.missing] + ([""] if peers.missing else [])
     groups = {}
     for row in table.rows:
@@ -374,7 +376,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=9, help="at least so many runs of each (default 9)")
     parser.add_argument("--threads", default=f"1,{min(2, os.cpu_count())}", help="thread counts, by commas")
-    parser.add_argument("--scenes", default="example,example-8k,1e3,1e4,1e5,1e6,1e7", help="which scenes, by commas")
+    parser.add_argument("--scenes", default="example,example-8k,1e2,1e3,1e4,1e5,1e6,1e7", help="which scenes, by commas")
     parser.add_argument("--into", type=Path, default=HERE, help="folder of results.md and results.csv")
     arguments = parser.parse_args()
     arguments.date = subprocess.run(["date", "+%F"], capture_output=True, text=True).stdout.strip()
