@@ -8,6 +8,7 @@ target/peers.
 In memory: from spheres in memory to RGB in memory, the tree's build included, threads warmed. The programs take turns,
 a few runs each, three times around; the figures are medians of all their runs. Embree's modes are each tried first; its
 best two by build + trace then take their turns, and the better one is reported.
+Reading: the reader of sfera against merely reading the text and parsing its numbers with Rust's standard library.
 Whole command: from exec to exit, also in turns, the image file removed before every run.
 Peak memory: of the whole process, the scene's text and the pages of the mapped image among it.
 Wrong pixels: against the picture of sfera's default method.
@@ -15,6 +16,7 @@ Wrong pixels: against the picture of sfera's default method.
 
 import argparse
 import csv
+import itertools
 import json
 import os
 import re
@@ -109,14 +111,20 @@ class Scene:
 
     def __init__(self, name, path):
         self.name, self.path = name, path
-        tokens = [line.split("#")[0] for line in path.read_text().splitlines()]
-        self.lines = [words for words in (line.split() for line in tokens) if words]
-        self.viewport = [float(word) for word in self.lines[0][1:]]
-        self.background = self.lines[1][1:]
-        self.count = int(self.lines[2][1])
+        words = self.words()
+        self.viewport = [float(word) for word in list(itertools.islice(words, 4))[1:]]
+        self.background = list(itertools.islice(words, 4))[1:]
+        self.count = int(list(itertools.islice(words, 2))[1])
+
+    def words(self):
+        with self.path.open() as file:
+            for line in file:
+                yield from line.split("#")[0].split()
 
     def spheres(self):
-        return (words[1:] for words in self.lines[3:])
+        words = itertools.islice(self.words(), 10, None)
+        while sphere := list(itertools.islice(words, 8)):
+            yield sphere[1:]
 
     def step(self, size):
         """Distance of two neighbouring pixels on the viewport."""
@@ -211,8 +219,16 @@ class Run:
             self.peers.missing.append(f"skipped: sfera on {scene.name}, {size[0]} x {size[1]}: more than {LIMIT} s")
             say(self.peers.missing[-1])
             truth = None
+        self.reading(case)
         self.in_memory(case, truth)
         self.whole(case, truth)
+
+    def reading(self, case):
+        scene, _, threads = case
+        command = [self.peers.rust["in_memory"], "read", scene.path, "--threads", threads, "--runs", self.runs]
+        read = json.loads(output(command))
+        self.table.add(case, "reading", "sfera", "reader", read["reader_ms"], runs=self.runs)
+        self.table.add(case, "reading", "floor", "numbers parsed", read["numbers_ms"], runs=self.runs)
 
     def in_memory(self, case, truth):
         scene, size, threads = case
