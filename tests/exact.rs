@@ -8,8 +8,9 @@ use std::path::Path;
 use common::{differing_pixels, draw, scene, size};
 use proptest::prelude::*;
 use sfera::{
-    camera::{Camera, ImageSize},
+    camera::{BYTES_PER_PIXEL, Camera, ImageSize},
     families::{FAMILIES, cloud},
+    reference::Reference,
     render::{Form, Method},
     scene::{Scene, Viewport},
 };
@@ -327,4 +328,31 @@ fn crowds_all_around() {
     let viewport = [0.2_f32..6.0, 0.2_f32..6.0, 0.2_f32..2.0];
     let spheres = prop::collection::vec(prop_oneof![30 => sphere, 1 => around], 50..200);
     assert_exact(12, (viewport, (40_u32..90, 30_u32..60), spheres));
+}
+
+/// Too large for the reference to draw: it is asked at pixels beside an edge, where
+/// a wrong one would be, and at pixels anywhere.
+#[test]
+fn large_pictures_of_large_crowds() {
+    for (count, seed) in [(1_000, 11)] {
+        let scene = cloud(count, seed);
+        let size = size(640, 360);
+        let pixels = draw(&scene, size, Method::Exact, Form::Packets);
+        let (pixels, _) = pixels.as_chunks::<BYTES_PER_PIXEL>();
+        let reference = Reference::new(&scene, size);
+        let stride = pixels.len() / 4_000 + 1;
+        let asked = 6_000_000 / count;
+        let beside_an_edge = (1..pixels.len())
+            .step_by(stride)
+            .filter(|&at| pixels[at] != pixels[at - 1]);
+        let anywhere = (0..pixels.len()).step_by(2 * stride);
+        for at in beside_an_edge.take(asked).chain(anywhere.take(asked)) {
+            let (row, column) = (at as u32 / size.width(), at as u32 % size.width());
+            let meaning = match reference.seen(column, row) {
+                Some(index) => scene.spheres.colour()[index],
+                None => scene.background,
+            };
+            assert_eq!(pixels[at], meaning, "({column}, {row}) of {count} spheres");
+        }
+    }
 }
