@@ -5,10 +5,10 @@ use std::ops::Range;
 use rayon::prelude::*;
 use wide::f32x8;
 
-pub use crate::exact::Counts;
+pub use crate::exact::{Bounds, Counts, Tuning};
 use crate::{
     camera::{BYTES_PER_PIXEL, Camera, ImageSize},
-    exact::Engine,
+    exact::{Engine, Scratch},
     methods::{NONE, Seen, double, geometric, textbook},
     reference::Reference,
     scene::Scene,
@@ -65,12 +65,25 @@ impl<'scene> Renderer<'scene> {
     /// for the float methods; the others have one.
     #[must_use]
     pub fn new(scene: &'scene Scene, size: ImageSize, method: Method, form: Form) -> Self {
+        Self::tuned(scene, size, method, form, Tuning::default())
+    }
+
+    /// As [`new`](Self::new), with the engine's knobs in hand, for tests and benches.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn tuned(
+        scene: &'scene Scene,
+        size: ImageSize,
+        method: Method,
+        form: Form,
+        tuning: Tuning,
+    ) -> Self {
         let camera = Camera::new(scene.viewport, size);
         let painter = match method {
             Method::Textbook => Painter::Textbook(form),
             Method::Geometric => Painter::Geometric(form),
             Method::Double => Painter::Double(form),
-            Method::Exact => Painter::Exact(Engine::new(scene, camera)),
+            Method::Exact => Painter::Exact(Engine::new(scene, camera, tuning)),
             Method::Reference => Painter::Reference(Reference::new(scene, size)),
         };
         Self {
@@ -109,25 +122,42 @@ impl<'scene> Renderer<'scene> {
             Painter::Exact(engine) => engine.band_rows(),
             _ => BAND_ROWS,
         };
-        pixels
+        let draw = |scratch: &mut Scratch, band: Range<u32>, bytes: &mut [u8]| {
+            let counts = self.draw_band(band.clone(), bytes, scratch);
+            drawn(band.len() as u32);
+            counts
+        };
+        let sum = |mut sum: Counts, counts| {
+            sum += counts;
+            sum
+        };
+        // Bands are whole rows of the engine's tiles but for the first and the last.
+        let start = rows.start.checked_next_multiple_of(band_rows);
+        let start = start.map_or(rows.end, |start| start.min(rows.end));
+        let head = rows.start..start;
+        let (head_bytes, rest) = pixels.split_at_mut(head.len() * size.row_bytes());
+        let mut counts = Counts::default();
+        if !head.is_empty() {
+            counts += draw(&mut Scratch::default(), head, head_bytes);
+        }
+        counts += rest
             .par_chunks_mut(size.row_bytes() * band_rows as usize)
             .enumerate()
-            .map(|(band, bytes)| {
-                let first = rows.start + band as u32 * band_rows;
-                let band = first..(first + band_rows).min(rows.end);
-                let counts = self.draw_band(band.clone(), bytes);
-                drawn(band.len() as u32);
-                counts
+            .map_init(Scratch::default, |scratch, (band, bytes)| {
+                let first = start + band as u32 * band_rows;
+                draw(
+                    scratch,
+                    first..first.saturating_add(band_rows).min(rows.end),
+                    bytes,
+                )
             })
-            .reduce(Counts::default, |mut sum, counts| {
-                sum += counts;
-                sum
-            })
+            .reduce(Counts::default, sum);
+        counts
     }
 
-    fn draw_band(&self, band: Range<u32>, bytes: &mut [u8]) -> Counts {
+    fn draw_band(&self, band: Range<u32>, bytes: &mut [u8], scratch: &mut Scratch) -> Counts {
         if let Painter::Exact(engine) = &self.painter {
-            return engine.draw_band(band, bytes);
+            return engine.draw_band(band, bytes, scratch);
         }
         for (row, bytes) in band.zip(bytes.chunks_exact_mut(self.camera.size().row_bytes())) {
             match &self.painter {
@@ -135,7 +165,7 @@ impl<'scene> Renderer<'scene> {
                 Painter::Textbook(Form::Packets) => self.fill_packets(row, bytes, textbook::packet),
                 Painter::Geometric(Form::Scalar) => self.fill_rays(row, bytes, geometric::scalar),
                 Painter::Geometric(Form::Packets) => {
-                    self.fill_packets(row, bytes, geometric::packet)
+                    self.fill_packets(row, bytes, geometric::packet);
                 }
                 Painter::Double(form) => self.fill_doubles(row, bytes, *form),
                 Painter::Exact(_) => unreachable!("drawn by the band"),

@@ -31,7 +31,7 @@ pub(super) const U: f64 = f64::EPSILON / 2.0;
 
 /// `|Nx - N~x| <= CROSS_BOUND (|cy z| + |cz y|)` and so on round: 2 of a
 /// coordinate, 1 of the product, 1 of the difference.
-pub(super) const CROSS_BOUND: f64 = 5.0 * U;
+const CROSS_BOUND: f64 = 5.0 * U;
 
 /// `r^2 A`: 4 of a squared coordinate, 1 of the square, 2 of the sums, 1 of the
 /// product, and 1 for its share of the rounding of `D`.
@@ -42,7 +42,7 @@ const SQUARED_RADIUS_BOUND: f64 = 10.0 * U;
 const SQUARED_CROSS_BOUND: f64 = 5.0 * U;
 
 /// `B`: 2 of a coordinate, 1 of the product, 2 of the sums.
-pub(super) const DOT_BOUND: f64 = 6.0 * U;
+const DOT_BOUND: f64 = 6.0 * U;
 
 /// A quotient of a sum with a root, of values that are bounds already: 1 of each
 /// difference with its bound, 1 of the root, 1 of the sum, 1 of the quotient, 7
@@ -146,7 +146,7 @@ pub(super) fn decide(
 
 /// The ray of a pixel in doubles.
 #[derive(Clone, Copy, Debug)]
-struct Ray {
+pub(super) struct Ray {
     x: f64,
     y: f64,
     z: f64,
@@ -155,7 +155,7 @@ struct Ray {
 }
 
 impl Ray {
-    fn new(camera: &Camera, column: u32, row: u32) -> Self {
+    pub(super) fn new(camera: &Camera, column: u32, row: u32) -> Self {
         let (x, y, z) = (
             camera.x_double(column),
             camera.y_double(row),
@@ -167,6 +167,11 @@ impl Ray {
             z,
             a: x * x + y * y + z * z,
         }
+    }
+
+    /// `1/z` of the sphere's hit is not less than this.
+    pub(super) fn least_inverse_z(&self, sphere: &Sphere) -> f64 {
+        self.sight(sphere).least() / self.z * (1.0 - 4.0 * U)
     }
 
     fn sight(&self, sphere: &Sphere) -> Sight {

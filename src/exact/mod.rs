@@ -1,21 +1,30 @@
 //! The engine: every pixel proven right.
+//!
+//! ```text
+//! spheres -> conics -> bins -> bands: runs painted far to near -> packets -> decisions
+//! ```
 
+mod band;
+mod bins;
+mod conic;
 mod decide;
 mod integers;
+mod packet;
 
-use std::ops::{AddAssign, Range};
+use std::ops::AddAssign;
 
-use crate::{
-    camera::{BYTES_PER_PIXEL, Camera},
-    methods::{NONE, Seen},
-    scene::Scene,
-};
+pub(crate) use band::Scratch;
+use bins::Bins;
+use conic::Grid;
+use decide::Rung;
+
+use crate::{camera::Camera, scene::Scene};
 
 /// How many pixels each rung of the ladder settled, and at what effort.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Counts {
-    /// Pixels settled as part of a rectangle.
+    /// Pixels settled in runs, without looking at them.
     pub rectangles: u64,
     /// Pixels settled by a packet.
     pub packets: u64,
@@ -23,6 +32,17 @@ pub struct Counts {
     pub doubles: u64,
     /// Pixels settled one by one in integers.
     pub integers: u64,
+    /// Spheres met by a row or by a packet.
+    pub tests: u64,
+}
+
+impl Counts {
+    fn settled_by(&mut self, rung: Rung) {
+        match rung {
+            Rung::Doubles => self.doubles += 1,
+            Rung::Integers => self.integers += 1,
+        }
+    }
 }
 
 impl AddAssign for Counts {
@@ -31,6 +51,39 @@ impl AddAssign for Counts {
         self.packets += other.packets;
         self.doubles += other.doubles;
         self.integers += other.integers;
+        self.tests += other.tests;
+    }
+}
+
+/// What the engine makes of its error bounds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[doc(hidden)]
+pub enum Bounds {
+    /// They decide what is settled.
+    #[default]
+    Proven,
+    /// Nothing is settled before integers: for tests.
+    Refused,
+    /// Everything is settled at once, as if nothing were rounded: for benches.
+    Ignored,
+}
+
+/// How an engine goes about its work; the picture is the same.
+#[derive(Clone, Copy, Debug)]
+#[doc(hidden)]
+pub struct Tuning {
+    /// Side of a tile: a multiple of 8 up to 64.
+    pub tile: u32,
+    /// What is made of error bounds.
+    pub bounds: Bounds,
+}
+
+impl Default for Tuning {
+    fn default() -> Self {
+        Self {
+            tile: 64,
+            bounds: Bounds::default(),
+        }
     }
 }
 
@@ -38,43 +91,37 @@ impl AddAssign for Counts {
 #[derive(Debug)]
 pub(crate) struct Engine<'scene> {
     scene: &'scene Scene,
-    camera: Camera,
+    grid: Grid,
+    bins: Bins,
+    /// A power of two: the nearest inverse depth times this is about 1.
+    scale: f64,
+    bounds: Bounds,
 }
 
 impl<'scene> Engine<'scene> {
-    pub(crate) fn new(scene: &'scene Scene, camera: Camera) -> Self {
-        Self { scene, camera }
-    }
-
-    /// Rows of the bands the engine draws.
-    pub(crate) fn band_rows(&self) -> u32 {
-        16
-    }
-
-    /// Colours a band of rows.
-    pub(crate) fn draw_band(&self, rows: Range<u32>, bytes: &mut [u8]) -> Counts {
-        let mut counts = Counts::default();
-        let candidates = 0..self.scene.spheres.len() as Seen;
-        for (row, bytes) in rows.zip(bytes.chunks_exact_mut(self.camera.size().row_bytes())) {
-            for (column, pixel) in bytes.chunks_exact_mut(BYTES_PER_PIXEL).enumerate() {
-                let at = (column as u32, row);
-                let (seen, rung) = decide::decide(
-                    &self.scene.spheres,
-                    &self.camera,
-                    at,
-                    candidates.clone(),
-                    true,
-                );
-                match rung {
-                    decide::Rung::Doubles => counts.doubles += 1,
-                    decide::Rung::Integers => counts.integers += 1,
-                }
-                pixel.copy_from_slice(match seen {
-                    NONE => &self.scene.background,
-                    _ => &self.scene.spheres.colour()[seen as usize],
-                });
-            }
+    /// # Panics
+    ///
+    /// If the tile's side is not a multiple of 8 up to 64.
+    pub(crate) fn new(scene: &'scene Scene, camera: Camera, tuning: Tuning) -> Self {
+        let Tuning { tile, bounds } = tuning;
+        assert!(
+            tile.is_multiple_of(8) && (8..=64).contains(&tile),
+            "a tile of {tile} x {tile}"
+        );
+        let grid = Grid::new(camera);
+        let bins = Bins::new(&scene.spheres, &grid, tile, bounds);
+        let greatest = bins.greatest().max(f32::MIN_POSITIVE);
+        Self {
+            scene,
+            grid,
+            bins,
+            scale: f64::from(greatest).log2().floor().exp2().recip(),
+            bounds,
         }
-        counts
+    }
+
+    /// Rows of the bands the engine draws: a row of tiles.
+    pub(crate) fn band_rows(&self) -> u32 {
+        self.bins.tile()
     }
 }

@@ -1,0 +1,244 @@
+//! Boxes to candidates: which spheres each tile has to look at.
+//!
+//! Small spheres are sorted by tile, in two passes over each run of spheres
+//! (count, then scatter), runs in parallel and each with a table of its own, so
+//! that no two threads write to one place. A sphere that would go to many tiles
+//! is large instead: one record for the whole picture, nearest first.
+
+use rayon::prelude::*;
+
+use super::{
+    Bounds,
+    conic::{Extents, Grid, Lanes},
+};
+use crate::spheres::{LANES, Spheres};
+
+/// A sphere in a tile: half a cache line.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(32))]
+pub(super) struct Record {
+    /// Centre and radius.
+    pub(super) sphere: [f32; 4],
+    /// No hit has a greater inverse depth.
+    pub(super) most: f32,
+    /// Its place in the file.
+    pub(super) index: u32,
+    /// First and last column and row within the tile.
+    pub(super) left: u8,
+    pub(super) right: u8,
+    pub(super) top: u8,
+    pub(super) bottom: u8,
+}
+
+/// A sphere of many tiles.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Large {
+    pub(super) sphere: [f32; 4],
+    pub(super) most: f32,
+    pub(super) index: u32,
+    /// First and last column and row within the picture.
+    pub(super) left: u32,
+    pub(super) right: u32,
+    pub(super) top: u32,
+    pub(super) bottom: u32,
+}
+
+/// A sphere of more tiles than this is large; it bounds the memory of the bins.
+const MOST_TILES: u64 = 4;
+
+/// Of so few spheres all are large: whole rows are painted faster than tiles.
+const FEW_SPHERES: usize = 64;
+
+/// Spheres of a run, at least: enough to be worth a task, few enough to stay in a cache.
+const RUN: usize = 1 << 14;
+
+/// The candidates of every tile.
+#[derive(Debug)]
+pub(super) struct Bins {
+    tile: u32,
+    columns: usize,
+    runs: Vec<Run>,
+    /// Nearest first; of equal spheres only the first of the file.
+    pub(super) large: Vec<Large>,
+}
+
+/// The records of a run of spheres: those of tile `t` at `starts[t]..starts[t + 1]`,
+/// in file order.
+#[derive(Debug, Default)]
+struct Run {
+    greatest: f32,
+    starts: Vec<u32>,
+    records: Vec<Record>,
+}
+
+impl Bins {
+    pub(super) fn new(spheres: &Spheres, grid: &Grid, tile: u32, bounds: Bounds) -> Self {
+        let size = grid.camera().size();
+        let columns = size.width().div_ceil(tile) as usize;
+        let tiles = columns * size.height().div_ceil(tile) as usize;
+        // Every run has a table of all tiles: it should not be most of its work.
+        let run = RUN.max(tiles).next_multiple_of(LANES);
+        let all_large = spheres.len() <= FEW_SPHERES || bounds == Bounds::Refused;
+        let filled = |first: usize| {
+            let last = (first + run).min(spheres.len());
+            Run::fill(spheres, first..last, grid, tile, columns, tiles, all_large)
+        };
+        let firsts: Vec<usize> = (0..spheres.len()).step_by(run).collect();
+        let filled: Vec<_> = if firsts.len() <= 1 {
+            firsts.into_iter().map(filled).collect()
+        } else {
+            firsts.into_par_iter().map(filled).collect()
+        };
+        let mut runs = Vec::with_capacity(filled.len());
+        let mut large = Vec::new();
+        for (run, larges) in filled {
+            if !run.records.is_empty() {
+                runs.push(run);
+            }
+            large.extend(larges);
+        }
+        large.par_sort_unstable_by(|a: &Large, b: &Large| {
+            let nearest = b.most.total_cmp(&a.most);
+            let equal = || a.sphere.map(f32::to_bits).cmp(&b.sphere.map(f32::to_bits));
+            nearest.then_with(equal).then(a.index.cmp(&b.index))
+        });
+        large.dedup_by(|later, first| later.sphere == first.sphere);
+        Self {
+            tile,
+            columns,
+            runs,
+            large,
+        }
+    }
+
+    /// The greatest finite inverse depth of any sphere.
+    pub(super) fn greatest(&self) -> f32 {
+        let runs = self.runs.iter().map(|run| run.greatest);
+        greatest(&self.large).max(runs.fold(0.0, f32::max))
+    }
+
+    /// The small spheres of a tile, by its column and row.
+    pub(super) fn records(&self, column: u32, row: u32) -> impl Iterator<Item = &[Record]> + Clone {
+        let at = row as usize * self.columns + column as usize;
+        self.runs
+            .iter()
+            .map(move |run| &run.records[run.starts[at] as usize..run.starts[at + 1] as usize])
+    }
+
+    /// Side of a tile in pixels.
+    pub(super) fn tile(&self) -> u32 {
+        self.tile
+    }
+
+    /// Whether no tile has small spheres.
+    pub(super) fn none_small(&self) -> bool {
+        self.runs.is_empty()
+    }
+}
+
+impl Run {
+    fn fill(
+        spheres: &Spheres,
+        range: std::ops::Range<usize>,
+        grid: &Grid,
+        tile: u32,
+        columns: usize,
+        tiles: usize,
+        all_large: bool,
+    ) -> (Self, Vec<Large>) {
+        let mut small = Vec::new();
+        let mut large = Vec::new();
+        let mut starts = Vec::new();
+        for first in range.clone().step_by(LANES) {
+            let eight = |component: &[f32]| -> [f32; LANES] {
+                std::array::from_fn(|lane| component[first + lane])
+            };
+            let [x, y, z, r] = [spheres.x(), spheres.y(), spheres.z(), spheres.radius()].map(eight);
+            let extents = Extents::new(grid, &Lanes::new(x, y, z, r));
+            let mut visible = extents.visible;
+            while visible != 0 {
+                let lane = visible.trailing_zeros() as usize;
+                visible &= visible - 1;
+                if first + lane >= range.end {
+                    break;
+                }
+                let placed = Large {
+                    sphere: [x[lane], y[lane], z[lane], r[lane]],
+                    most: extents.most[lane],
+                    index: (first + lane) as u32,
+                    left: extents.left[lane],
+                    right: extents.right[lane],
+                    top: extents.top[lane],
+                    bottom: extents.bottom[lane],
+                };
+                let across = u64::from(placed.right / tile - placed.left / tile) + 1;
+                let down = u64::from(placed.bottom / tile - placed.top / tile) + 1;
+                if all_large || across.saturating_mul(down) > MOST_TILES {
+                    large.push(placed);
+                    continue;
+                }
+                if starts.is_empty() {
+                    starts = vec![0_u32; tiles + 1];
+                }
+                for (at, ..) in placed.tiles(tile, columns) {
+                    starts[at] += 1;
+                }
+                small.push(placed);
+            }
+        }
+        let mut total = 0;
+        for start in &mut starts {
+            total += std::mem::replace(start, total);
+        }
+        let mut records = vec![Record::default(); total as usize];
+        for placed in &small {
+            for (at, column, row) in placed.tiles(tile, columns) {
+                records[starts[at] as usize] = placed.record(column * tile, row * tile, tile);
+                starts[at] += 1;
+            }
+        }
+        // Each start has moved to where the next one was.
+        if !starts.is_empty() {
+            starts.rotate_right(1);
+            starts[0] = 0;
+        }
+        let run = Self {
+            greatest: greatest(&small),
+            starts,
+            records,
+        };
+        (run, large)
+    }
+}
+
+fn greatest(placed: &[Large]) -> f32 {
+    let most = placed.iter().map(|placed| placed.most);
+    most.filter(|most| most.is_finite()).fold(0.0, f32::max)
+}
+
+impl Large {
+    /// The tiles of its box: place in the table, column, row.
+    fn tiles(&self, tile: u32, columns: usize) -> impl Iterator<Item = (usize, u32, u32)> {
+        let across = self.left / tile..=self.right / tile;
+        (self.top / tile..=self.bottom / tile).flat_map(move |row| {
+            let first = row as usize * columns;
+            across
+                .clone()
+                .map(move |column| (first + column as usize, column, row))
+        })
+    }
+
+    /// The part of it in the tile at `(x, y)`.
+    pub(super) fn record(&self, x: u32, y: u32, tile: u32) -> Record {
+        let within = |at: u32, origin: u32| at.saturating_sub(origin).min(tile - 1) as u8;
+        Record {
+            sphere: self.sphere,
+            most: self.most,
+            index: self.index,
+            left: within(self.left, x),
+            right: within(self.right, x),
+            top: within(self.top, y),
+            bottom: within(self.bottom, y),
+        }
+    }
+}

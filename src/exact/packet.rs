@@ -1,0 +1,408 @@
+//! The packets: eight pixels of a row against one sphere after another, each
+//! depth an interval.
+//!
+//! ```text
+//! most  = B/c + bound + sqrt(D/c^2 + d_bound)     NaN: surely missed
+//! least = B/c - bound + sqrt(D/c^2 - d_bound)     NaN: not surely hit
+//! ```
+//!
+//! Per pixel it is enough to keep the leader, the sphere of the greatest `least`,
+//! and the greatest `most` among its rivals: the leader is seen if its `least` is
+//! above that. A comparison with NaN is false, so a miss changes nothing and a
+//! doubtful hit never leads; what would overflow has bounds of infinity, so it
+//! rivals everything. What is left open goes to [`decide`](super::decide).
+
+use wide::f32x8;
+
+use super::{
+    Bounds, Counts,
+    bins::Record,
+    conic::{Around, Grid, Lanes, Local},
+    decide::{Rung, decide},
+};
+use crate::{
+    camera::BYTES_PER_PIXEL,
+    methods::{NONE, Seen},
+    scene::Scene,
+    spheres::{LANES, Rgb},
+};
+
+/// Rows and columns of a block.
+pub(super) const BLOCK: usize = LANES;
+
+/// Blocks along the side of the largest tile: a tile's blocks are the bits of a `u64`.
+pub(super) const BLOCKS: usize = 8;
+
+/// The bit of a block in a tile.
+pub(super) fn block_bit(column: usize, row: usize) -> u64 {
+    1 << (row * BLOCKS + column)
+}
+
+/// The blocks of a tile that is `width` by `height` pixels.
+pub(super) fn blocks_of(width: usize, height: usize) -> u64 {
+    let row = (1_u64 << width.div_ceil(BLOCK)) - 1;
+    (0..height.div_ceil(BLOCK)).fold(0, |blocks, at| blocks | row << (at * BLOCKS))
+}
+
+/// What is known of eight pixels.
+#[derive(Clone, Copy, Debug)]
+struct Packet {
+    least: f32x8,
+    most: f32x8,
+    /// The greatest `most` of all but the leader.
+    rival: f32x8,
+    /// The leader's colour, in the bits.
+    colour: f32x8,
+}
+
+/// A sphere's terms in one row.
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    d0: f32x8,
+    d1: f32x8,
+    d2: f32x8,
+    d_bound: f32x8,
+    b0: f32x8,
+    b1: f32x8,
+    bound: f32x8,
+    colour: f32x8,
+}
+
+impl Row {
+    #[inline(always)]
+    fn new(local: &Local, colour: f32, q: f32) -> Self {
+        Self {
+            d0: f32x8::splat(local.d00 + q * (local.d01 + q * local.d02)),
+            d1: f32x8::splat(local.d10 + q * local.d11),
+            d2: f32x8::splat(local.d20),
+            d_bound: f32x8::splat(local.d_bound),
+            b0: f32x8::splat(local.b00 + q * local.b01),
+            b1: f32x8::splat(local.b10),
+            bound: f32x8::splat(local.bound),
+            colour: f32x8::splat(colour),
+        }
+    }
+}
+
+impl Packet {
+    fn empty(background: f32) -> Self {
+        let none = f32x8::splat(f32::NEG_INFINITY);
+        Self {
+            least: none,
+            most: none,
+            rival: none,
+            colour: f32x8::splat(background),
+        }
+    }
+
+    /// Meets a sphere in the pixels `p` columns from the middle of the tile.
+    #[inline(always)]
+    fn meet<const PROVEN: bool>(&mut self, row: &Row, p: f32x8) {
+        let d = row.d2.mul_add(p, row.d1).mul_add(p, row.d0);
+        let b = row.b1.mul_add(p, row.b0);
+        if PROVEN {
+            let most = (b + row.bound) + (d + row.d_bound).sqrt();
+            let least = (b - row.bound) + (d - row.d_bound).sqrt();
+            let leads = least.simd_gt(self.least);
+            let loser = leads.select(self.most, most);
+            self.rival = loser.simd_gt(self.rival).select(loser, self.rival);
+            self.least = leads.select(least, self.least);
+            self.most = leads.select(most, self.most);
+            self.colour = leads.select(row.colour, self.colour);
+        } else {
+            let depth = b + d.sqrt();
+            let leads = depth.simd_gt(self.least);
+            self.least = leads.select(depth, self.least);
+            self.colour = leads.select(row.colour, self.colour);
+        }
+    }
+
+    /// The lanes that no interval settles.
+    #[inline]
+    fn open(&self) -> u32 {
+        let rivalled = self.rival.simd_gt(f32x8::splat(f32::NEG_INFINITY));
+        !self.least.simd_gt(self.rival).to_bitmask() & rivalled.to_bitmask()
+    }
+}
+
+fn bits(colour: Rgb) -> f32 {
+    let [red, green, blue] = colour;
+    f32::from_bits(u32::from_le_bytes([red, green, blue, 0]))
+}
+
+/// The bytes of eight pixels.
+#[inline]
+fn rgb(colours: f32x8) -> [u8; LANES * BYTES_PER_PIXEL] {
+    let colours: [u32; LANES] = bytemuck::cast(colours);
+    let [a, b, c, d, e, f, g, h] = colours.map(u64::from);
+    bytemuck::cast([
+        (a | b << 24 | c << 48).to_le(),
+        (c >> 16 | d << 8 | e << 32 | f << 56).to_le(),
+        (f >> 8 | g << 16 | h << 40).to_le(),
+    ])
+}
+
+/// A tile to be drawn.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tile {
+    /// Its first column and row in the picture.
+    pub(super) column: u32,
+    pub(super) row: u32,
+    /// Pixels across and down, up to `side` each: cut by the picture's edges.
+    pub(super) width: usize,
+    pub(super) height: usize,
+    /// Its rows that are drawn now.
+    pub(super) first: usize,
+    pub(super) last: usize,
+    pub(super) side: u32,
+}
+
+/// A sphere that may be seen in the tile.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    local: Local,
+    record: Record,
+    colour: f32,
+}
+
+/// Room for the packets of one tile at a time.
+#[derive(Debug, Default)]
+pub(super) struct Depths {
+    packets: Vec<Packet>,
+    candidates: Vec<Candidate>,
+    order: Vec<u64>,
+}
+
+impl Depths {
+    /// Draws some `blocks` of a tile from all spheres that may be seen in them.
+    /// `bytes` are the rows `tile.first..tile.last`, of `row_bytes` each.
+    #[expect(clippy::too_many_arguments, reason = "a tile has all of these")]
+    pub(super) fn draw(
+        &mut self,
+        scene: &Scene,
+        grid: &Grid,
+        scale: f64,
+        bounds: Bounds,
+        tile: &Tile,
+        blocks: u64,
+        records: &[Record],
+        bytes: &mut [u8],
+        row_bytes: usize,
+        counts: &mut Counts,
+    ) {
+        match bounds {
+            Bounds::Ignored => {
+                self.meet_all::<false>(scene, grid, scale, bounds, tile, blocks, records, counts)
+            }
+            _ => self.meet_all::<true>(scene, grid, scale, bounds, tile, blocks, records, counts),
+        }
+        for row in tile.first..tile.last {
+            let mut left = blocks >> (row / BLOCK * BLOCKS) & 0xff;
+            let line = &mut bytes[(row - tile.first) * row_bytes..][..row_bytes];
+            while left != 0 {
+                let block = left.trailing_zeros() as usize;
+                left &= left - 1;
+                let packet = &self.packets[row * BLOCKS + block];
+                let first = block * BLOCK;
+                let lanes = BLOCK.min(tile.width - first);
+                let at = (tile.column as usize + first) * BYTES_PER_PIXEL;
+                let line = &mut line[at..at + lanes * BYTES_PER_PIXEL];
+                let rgb = rgb(packet.colour);
+                match <&mut [u8; LANES * BYTES_PER_PIXEL]>::try_from(&mut *line) {
+                    Ok(eight) => *eight = rgb,
+                    Err(_) => line.copy_from_slice(&rgb[..lanes * BYTES_PER_PIXEL]),
+                }
+                counts.packets += lanes as u64;
+                if bounds == Bounds::Ignored {
+                    continue;
+                }
+                let mut open = packet.open() & ((1 << lanes) - 1);
+                while open != 0 {
+                    let lane = open.trailing_zeros() as usize;
+                    open &= open - 1;
+                    let (seen, rung) = self.decide(scene, grid, tile, first + lane, row, bounds);
+                    counts.packets -= 1;
+                    counts.settled_by(rung);
+                    let colour = colour_of(scene, seen);
+                    line[lane * BYTES_PER_PIXEL..][..BYTES_PER_PIXEL].copy_from_slice(&colour);
+                }
+            }
+        }
+    }
+
+    fn decide(
+        &self,
+        scene: &Scene,
+        grid: &Grid,
+        tile: &Tile,
+        column: usize,
+        row: usize,
+        bounds: Bounds,
+    ) -> (Seen, Rung) {
+        let at = (tile.column + column as u32, tile.row + row as u32);
+        let (column, row) = (column as u8, row as u8);
+        let records = self.candidates.iter().map(|candidate| &candidate.record);
+        let near = records.filter(|record| {
+            (record.left..=record.right).contains(&column)
+                && (record.top..=record.bottom).contains(&row)
+        });
+        let indices = near.map(|record| record.index);
+        decide(
+            &scene.spheres,
+            grid.camera(),
+            at,
+            indices,
+            bounds != Bounds::Refused,
+        )
+    }
+
+    /// All candidates of the tile, the nearest first, each in the blocks where it
+    /// isn't hidden.
+    #[expect(clippy::too_many_arguments, reason = "a tile has all of these")]
+    fn meet_all<const PROVEN: bool>(
+        &mut self,
+        scene: &Scene,
+        grid: &Grid,
+        scale: f64,
+        bounds: Bounds,
+        tile: &Tile,
+        blocks: u64,
+        records: &[Record],
+        counts: &mut Counts,
+    ) {
+        let half = tile.side / 2;
+        let around = Around {
+            column: i64::from(tile.column) + i64::from(half),
+            row: i64::from(tile.row) + i64::from(half),
+            half: f64::from(half),
+            scale,
+        };
+        self.packets.clear();
+        self.packets.resize(
+            tile.side as usize * BLOCKS,
+            Packet::empty(bits(scene.background)),
+        );
+        self.candidates.clear();
+        let mut order = std::mem::take(&mut self.order);
+        nearest_first(records, &mut order);
+
+        let mut floors = [f32::NEG_INFINITY; BLOCKS * BLOCKS];
+        let mut visits = [0_u32; BLOCKS * BLOCKS];
+        let mut floor = f32::NEG_INFINITY;
+        let mut equal: Option<[f32; 4]> = None;
+        for eight in order.chunks(LANES) {
+            let record = |lane: usize| &records[eight[lane.min(eight.len() - 1)] as u32 as usize];
+            if f64::from(record(0).most) * scale < f64::from(floor) {
+                break;
+            }
+            let lanes = Lanes::of((0..LANES).map(|lane| record(lane).sphere));
+            let most = std::array::from_fn(|lane| record(lane).most);
+            let locals = Local::eight(grid, &around, &lanes, most, bounds);
+            for (lane, local) in locals.iter().enumerate().take(eight.len()) {
+                let record = record(lane);
+                // Of equal spheres the first of the file is seen; they sort together.
+                if local.most < floor || local.most < 0.0 || equal == Some(record.sphere) {
+                    continue;
+                }
+                equal = Some(record.sphere);
+                floor = floor.max(if local.least > 0.0 {
+                    local.least
+                } else {
+                    f32::NEG_INFINITY
+                });
+                let candidate = Candidate {
+                    local: *local,
+                    record: *record,
+                    colour: bits(scene.spheres.colour()[record.index as usize]),
+                };
+                self.candidates.push(candidate);
+                self.meet::<PROVEN>(
+                    &candidate,
+                    half as f32,
+                    blocks,
+                    &mut floors,
+                    &mut visits,
+                    counts,
+                );
+            }
+            if bounds == Bounds::Proven && self.candidates.len() % 64 < LANES {
+                let mut least = f32::INFINITY;
+                let mut left = blocks;
+                while left != 0 {
+                    least = least.min(floors[left.trailing_zeros() as usize]);
+                    left &= left - 1;
+                }
+                floor = floor.max(least);
+            }
+        }
+        self.order = order;
+    }
+
+    fn meet<const PROVEN: bool>(
+        &mut self,
+        candidate: &Candidate,
+        half: f32,
+        blocks: u64,
+        floors: &mut [f32; BLOCKS * BLOCKS],
+        visits: &mut [u32; BLOCKS * BLOCKS],
+        counts: &mut Counts,
+    ) {
+        let Candidate {
+            local,
+            record,
+            colour,
+        } = candidate;
+        let (top, bottom) = (usize::from(record.top), usize::from(record.bottom));
+        let (left, right) = (usize::from(record.left), usize::from(record.right));
+        for down in top / BLOCK..=bottom / BLOCK {
+            let rows = top.max(down * BLOCK)..=bottom.min(down * BLOCK + BLOCK - 1);
+            for across in left / BLOCK..=right / BLOCK {
+                let block = down * BLOCKS + across;
+                if blocks >> block & 1 == 0 || local.most < floors[block] {
+                    continue;
+                }
+                let p = f32x8::new(STEPS) + f32x8::splat((across * BLOCK) as f32 - half);
+                for row in rows.clone() {
+                    let terms = Row::new(local, *colour, row as f32 - half);
+                    self.packets[row * BLOCKS + across].meet::<PROVEN>(&terms, p);
+                }
+                counts.tests += rows.clone().count() as u64;
+                visits[block] += 1;
+                if PROVEN && visits[block] >= 4 && visits[block].is_power_of_two() {
+                    floors[block] = self.floor(across, down);
+                }
+            }
+        }
+    }
+
+    /// The least depth of any leader of a block.
+    fn floor(&self, across: usize, down: usize) -> f32 {
+        let rows =
+            (down * BLOCK..(down + 1) * BLOCK).map(|row| self.packets[row * BLOCKS + across].least);
+        let least = rows.fold(f32x8::splat(f32::INFINITY), |least, row| {
+            least.fast_min(row)
+        });
+        least.to_array().into_iter().fold(f32::INFINITY, f32::min)
+    }
+}
+
+const STEPS: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+
+pub(super) fn colour_of(scene: &Scene, seen: Seen) -> Rgb {
+    match seen {
+        NONE => scene.background,
+        _ => scene.spheres.colour()[seen as usize],
+    }
+}
+
+/// The places of `records` in `order`'s low halves, the nearest first; what may
+/// be equal is ordered by what it is and then by file.
+fn nearest_first(records: &[Record], order: &mut Vec<u64>) {
+    order.clear();
+    // Depths are not negative, so their bits are ordered as they are.
+    let key = |record: &Record| u64::from(!record.most.to_bits()) << 32;
+    order.extend((0_u64..).zip(records).map(|(at, record)| key(record) | at));
+    if !order.is_sorted() {
+        order.sort_unstable();
+    }
+}
