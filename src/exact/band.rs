@@ -138,7 +138,7 @@ impl<'a> Band<'a> {
         scratch: &'a mut Scratch,
     ) -> Self {
         let size = engine.grid.camera().size();
-        let side = engine.bins.tile();
+        let side = engine.bins.side();
         let origin = rows.start - rows.start % side;
         Self {
             engine,
@@ -220,7 +220,7 @@ impl<'a> Band<'a> {
                     shape: outline.shape,
                     least: outline.least,
                     most: large.most,
-                    pattern: pattern(engine.scene.spheres.colour()[large.index as usize]),
+                    pattern: pattern(large.colour),
                     start: [0; ROWS],
                     end: [if outline.shape == Shape::Everywhere {
                         self.columns
@@ -509,7 +509,7 @@ impl<'a> Band<'a> {
         top: usize,
         bottom: usize,
     ) {
-        let pattern = pattern(self.engine.scene.spheres.colour()[record.index as usize]);
+        let pattern = pattern(record.colour);
         let (first, last) = (tile.column, tile.column + tile.width as u32);
         for row in (top..=bottom).step_by(LANES) {
             let (y, squared) = self.scratch.rows.eight(row);

@@ -11,7 +11,7 @@ use super::{
     Bounds,
     conic::{Extents, Grid, Lanes},
 };
-use crate::spheres::{LANES, Spheres};
+use crate::spheres::{LANES, Rgb, Spheres};
 
 /// A sphere in a tile: half a cache line.
 #[derive(Clone, Copy, Debug, Default)]
@@ -23,6 +23,7 @@ pub(super) struct Record {
     pub(super) most: f32,
     /// Its place in the file.
     pub(super) index: u32,
+    pub(super) colour: Rgb,
     /// First and last column and row within the tile.
     pub(super) left: u8,
     pub(super) right: u8,
@@ -36,6 +37,7 @@ pub(super) struct Large {
     pub(super) sphere: [f32; 4],
     pub(super) most: f32,
     pub(super) index: u32,
+    pub(super) colour: Rgb,
     /// First and last column and row within the picture.
     pub(super) left: u32,
     pub(super) right: u32,
@@ -55,11 +57,29 @@ const RUN: usize = 1 << 14;
 /// The candidates of every tile.
 #[derive(Debug)]
 pub(super) struct Bins {
-    tile: u32,
-    columns: usize,
+    tiles: Tiles,
     runs: Vec<Run>,
     /// Nearest first; of equal spheres only the first of the file.
     pub(super) large: Vec<Large>,
+}
+
+/// The tiles of the picture.
+#[derive(Clone, Copy, Debug)]
+struct Tiles {
+    /// The binary logarithm of a tile's side.
+    shift: u32,
+    columns: usize,
+    rows: usize,
+}
+
+impl Tiles {
+    fn side(self) -> u32 {
+        1 << self.shift
+    }
+
+    fn count(self) -> usize {
+        self.columns * self.rows
+    }
 }
 
 /// The records of a run of spheres: those of tile `t` at `starts[t]..starts[t + 1]`,
@@ -72,16 +92,19 @@ struct Run {
 }
 
 impl Bins {
-    pub(super) fn new(spheres: &Spheres, grid: &Grid, tile: u32, bounds: Bounds) -> Self {
+    pub(super) fn new(spheres: &Spheres, grid: &Grid, side: u32, bounds: Bounds) -> Self {
         let size = grid.camera().size();
-        let columns = size.width().div_ceil(tile) as usize;
-        let tiles = columns * size.height().div_ceil(tile) as usize;
+        let tiles = Tiles {
+            shift: side.ilog2(),
+            columns: size.width().div_ceil(side) as usize,
+            rows: size.height().div_ceil(side) as usize,
+        };
         // Every run has a table of all tiles: it should not be most of its work.
-        let run = RUN.max(tiles).next_multiple_of(LANES);
+        let run = RUN.max(tiles.count()).next_multiple_of(LANES);
         let all_large = spheres.len() <= FEW_SPHERES || bounds == Bounds::Refused;
         let filled = |first: usize| {
             let last = (first + run).min(spheres.len());
-            Run::fill(spheres, first..last, grid, tile, columns, tiles, all_large)
+            Run::fill(spheres, first..last, grid, tiles, all_large)
         };
         let firsts: Vec<usize> = (0..spheres.len()).step_by(run).collect();
         let filled: Vec<_> = if firsts.len() <= 1 {
@@ -103,12 +126,7 @@ impl Bins {
             nearest.then_with(equal).then(a.index.cmp(&b.index))
         });
         large.dedup_by(|later, first| later.sphere == first.sphere);
-        Self {
-            tile,
-            columns,
-            runs,
-            large,
-        }
+        Self { tiles, runs, large }
     }
 
     /// The greatest finite inverse depth of any sphere.
@@ -119,15 +137,15 @@ impl Bins {
 
     /// The small spheres of a tile, by its column and row.
     pub(super) fn records(&self, column: u32, row: u32) -> impl Iterator<Item = &[Record]> + Clone {
-        let at = row as usize * self.columns + column as usize;
+        let at = row as usize * self.tiles.columns + column as usize;
         self.runs
             .iter()
             .map(move |run| &run.records[run.starts[at] as usize..run.starts[at + 1] as usize])
     }
 
     /// Side of a tile in pixels.
-    pub(super) fn tile(&self) -> u32 {
-        self.tile
+    pub(super) fn side(&self) -> u32 {
+        self.tiles.side()
     }
 
     /// Whether no tile has small spheres.
@@ -141,9 +159,7 @@ impl Run {
         spheres: &Spheres,
         range: std::ops::Range<usize>,
         grid: &Grid,
-        tile: u32,
-        columns: usize,
-        tiles: usize,
+        tiles: Tiles,
         all_large: bool,
     ) -> (Self, Vec<Large>) {
         let mut small = Vec::new();
@@ -166,21 +182,23 @@ impl Run {
                     sphere: [x[lane], y[lane], z[lane], r[lane]],
                     most: extents.most[lane],
                     index: (first + lane) as u32,
+                    colour: spheres.colour()[first + lane],
                     left: extents.left[lane],
                     right: extents.right[lane],
                     top: extents.top[lane],
                     bottom: extents.bottom[lane],
                 };
-                let across = u64::from(placed.right / tile - placed.left / tile) + 1;
-                let down = u64::from(placed.bottom / tile - placed.top / tile) + 1;
+                let shift = tiles.shift;
+                let across = u64::from((placed.right >> shift) - (placed.left >> shift)) + 1;
+                let down = u64::from((placed.bottom >> shift) - (placed.top >> shift)) + 1;
                 if all_large || across.saturating_mul(down) > MOST_TILES {
                     large.push(placed);
                     continue;
                 }
                 if starts.is_empty() {
-                    starts = vec![0_u32; tiles + 1];
+                    starts = vec![0_u32; tiles.count() + 1];
                 }
-                for (at, ..) in placed.tiles(tile, columns) {
+                for (at, ..) in placed.tiles(tiles) {
                     starts[at] += 1;
                 }
                 small.push(placed);
@@ -192,8 +210,9 @@ impl Run {
         }
         let mut records = vec![Record::default(); total as usize];
         for placed in &small {
-            for (at, column, row) in placed.tiles(tile, columns) {
-                records[starts[at] as usize] = placed.record(column * tile, row * tile, tile);
+            for (at, column, row) in placed.tiles(tiles) {
+                let record = placed.record(column << tiles.shift, row << tiles.shift, tiles.side());
+                records[starts[at] as usize] = record;
                 starts[at] += 1;
             }
         }
@@ -218,23 +237,24 @@ fn greatest(placed: &[Large]) -> f32 {
 
 impl Large {
     /// The tiles of its box: place in the table, column, row.
-    fn tiles(&self, tile: u32, columns: usize) -> impl Iterator<Item = (usize, u32, u32)> {
-        let across = self.left / tile..=self.right / tile;
-        (self.top / tile..=self.bottom / tile).flat_map(move |row| {
-            let first = row as usize * columns;
-            across
-                .clone()
-                .map(move |column| (first + column as usize, column, row))
+    #[inline]
+    fn tiles(&self, tiles: Tiles) -> impl Iterator<Item = (usize, u32, u32)> {
+        let across = self.left >> tiles.shift..(self.right >> tiles.shift) + 1;
+        (self.top >> tiles.shift..(self.bottom >> tiles.shift) + 1).flat_map(move |row| {
+            let first = row as usize * tiles.columns;
+            let across = across.clone();
+            across.map(move |column| (first + column as usize, column, row))
         })
     }
 
     /// The part of it in the tile at `(x, y)`.
-    pub(super) fn record(&self, x: u32, y: u32, tile: u32) -> Record {
-        let within = |at: u32, origin: u32| at.saturating_sub(origin).min(tile - 1) as u8;
+    pub(super) fn record(&self, x: u32, y: u32, side: u32) -> Record {
+        let within = |at: u32, origin: u32| at.saturating_sub(origin).min(side - 1) as u8;
         Record {
             sphere: self.sphere,
             most: self.most,
             index: self.index,
+            colour: self.colour,
             left: within(self.left, x),
             right: within(self.right, x),
             top: within(self.top, y),

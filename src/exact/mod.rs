@@ -72,7 +72,7 @@ pub enum Bounds {
 #[derive(Clone, Copy, Debug)]
 #[doc(hidden)]
 pub struct Tuning {
-    /// Side of a tile: a multiple of 8 up to 64.
+    /// Side of a tile: 8, 16, 32 or 64.
     pub tile: u32,
     /// What is made of error bounds.
     pub bounds: Bounds,
@@ -101,11 +101,11 @@ pub(crate) struct Engine<'scene> {
 impl<'scene> Engine<'scene> {
     /// # Panics
     ///
-    /// If the tile's side is not a multiple of 8 up to 64.
+    /// If the tile's side is not 8, 16, 32 or 64.
     pub(crate) fn new(scene: &'scene Scene, camera: Camera, tuning: Tuning) -> Self {
         let Tuning { tile, bounds } = tuning;
         assert!(
-            tile.is_multiple_of(8) && (8..=64).contains(&tile),
+            tile.is_power_of_two() && (8..=64).contains(&tile),
             "a tile of {tile} x {tile}"
         );
         let grid = Grid::new(camera);
@@ -122,6 +122,6 @@ impl<'scene> Engine<'scene> {
 
     /// Rows of the bands the engine draws: a row of tiles.
     pub(crate) fn band_rows(&self) -> u32 {
-        self.bins.tile()
+        self.bins.side()
     }
 }

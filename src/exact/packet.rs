@@ -161,15 +161,18 @@ pub(super) struct Tile {
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
     local: Local,
-    record: Record,
     colour: f32,
+    index: Seen,
 }
 
 /// Room for the packets of one tile at a time.
 #[derive(Debug, Default)]
 pub(super) struct Depths {
-    packets: Vec<Packet>,
+    /// Of each block, row by row.
+    packets: Vec<[Packet; BLOCK]>,
     candidates: Vec<Candidate>,
+    /// First and last column and row of each candidate.
+    boxes: Vec<[u8; 4]>,
     order: Vec<u64>,
 }
 
@@ -197,12 +200,10 @@ impl Depths {
             _ => self.meet_all::<true>(scene, grid, scale, bounds, tile, blocks, records, counts),
         }
         for row in tile.first..tile.last {
-            let mut left = blocks >> (row / BLOCK * BLOCKS) & 0xff;
+            let in_row = blocks >> (row / BLOCK * BLOCKS) & 0xff;
             let line = &mut bytes[(row - tile.first) * row_bytes..][..row_bytes];
-            while left != 0 {
-                let block = left.trailing_zeros() as usize;
-                left &= left - 1;
-                let packet = &self.packets[row * BLOCKS + block];
+            for block in set_bits(in_row) {
+                let packet = &self.packets[row / BLOCK * BLOCKS + block][row % BLOCK];
                 let first = block * BLOCK;
                 let lanes = BLOCK.min(tile.width - first);
                 let at = (tile.column as usize + first) * BYTES_PER_PIXEL;
@@ -216,10 +217,8 @@ impl Depths {
                 if bounds == Bounds::Ignored {
                     continue;
                 }
-                let mut open = packet.open() & ((1 << lanes) - 1);
-                while open != 0 {
-                    let lane = open.trailing_zeros() as usize;
-                    open &= open - 1;
+                let open = packet.open() & ((1 << lanes) - 1);
+                for lane in set_bits(u64::from(open)) {
                     let (seen, rung) = self.decide(scene, grid, tile, first + lane, row, bounds);
                     counts.packets -= 1;
                     counts.settled_by(rung);
@@ -241,18 +240,28 @@ impl Depths {
     ) -> (Seen, Rung) {
         let at = (tile.column + column as u32, tile.row + row as u32);
         let (column, row) = (column as u8, row as u8);
-        let records = self.candidates.iter().map(|candidate| &candidate.record);
-        let near = records.filter(|record| {
-            (record.left..=record.right).contains(&column)
-                && (record.top..=record.bottom).contains(&row)
-        });
-        let indices = near.map(|record| record.index);
+        let holds = |&[left, right, top, bottom]: &[u8; 4]| {
+            (left <= column) & (column <= right) & (top <= row) & (row <= bottom)
+        };
+        let boxes = self.boxes.chunks(4 * LANES);
+        let mut near = Vec::new();
+        for (boxes, candidates) in boxes.zip(self.candidates.chunks(4 * LANES)) {
+            // Most boxes don't hold the pixel: many are asked at a time.
+            if boxes.iter().fold(false, |any, sides| any | holds(sides)) {
+                let holding = boxes
+                    .iter()
+                    .zip(candidates)
+                    .filter(|(sides, _)| holds(sides));
+                near.extend(holding.map(|(_, candidate)| candidate.index));
+            }
+        }
+        let trusted = bounds != Bounds::Refused;
         decide(
             &scene.spheres,
             grid.camera(),
             at,
-            indices,
-            bounds != Bounds::Refused,
+            near.iter().copied(),
+            trusted,
         )
     }
 
@@ -277,12 +286,13 @@ impl Depths {
             half: f64::from(half),
             scale,
         };
-        self.packets.clear();
-        self.packets.resize(
-            tile.side as usize * BLOCKS,
-            Packet::empty(bits(scene.background)),
-        );
+        let empty = [Packet::empty(bits(scene.background)); BLOCK];
+        self.packets.resize(BLOCKS * BLOCKS, empty);
+        for block in set_bits(blocks) {
+            self.packets[block] = empty;
+        }
         self.candidates.clear();
+        self.boxes.clear();
         let mut order = std::mem::take(&mut self.order);
         nearest_first(records, &mut order);
 
@@ -312,12 +322,15 @@ impl Depths {
                 });
                 let candidate = Candidate {
                     local: *local,
-                    record: *record,
-                    colour: bits(scene.spheres.colour()[record.index as usize]),
+                    index: record.index,
+                    colour: bits(record.colour),
                 };
+                let sides = [record.left, record.right, record.top, record.bottom];
                 self.candidates.push(candidate);
+                self.boxes.push(sides);
                 self.meet::<PROVEN>(
                     &candidate,
+                    sides.map(usize::from),
                     half as f32,
                     blocks,
                     &mut floors,
@@ -326,13 +339,8 @@ impl Depths {
                 );
             }
             if bounds == Bounds::Proven && self.candidates.len() % 64 < LANES {
-                let mut least = f32::INFINITY;
-                let mut left = blocks;
-                while left != 0 {
-                    least = least.min(floors[left.trailing_zeros() as usize]);
-                    left &= left - 1;
-                }
-                floor = floor.max(least);
+                let least = set_bits(blocks).map(|block| floors[block]);
+                floor = floor.max(least.fold(f32::INFINITY, f32::min));
             }
         }
         self.order = order;
@@ -341,49 +349,53 @@ impl Depths {
     fn meet<const PROVEN: bool>(
         &mut self,
         candidate: &Candidate,
+        [left, right, top, bottom]: [usize; 4],
         half: f32,
         blocks: u64,
         floors: &mut [f32; BLOCKS * BLOCKS],
         visits: &mut [u32; BLOCKS * BLOCKS],
         counts: &mut Counts,
     ) {
-        let Candidate {
-            local,
-            record,
-            colour,
-        } = candidate;
-        let (top, bottom) = (usize::from(record.top), usize::from(record.bottom));
-        let (left, right) = (usize::from(record.left), usize::from(record.right));
+        let Candidate { local, colour, .. } = candidate;
         for down in top / BLOCK..=bottom / BLOCK {
-            let rows = top.max(down * BLOCK)..=bottom.min(down * BLOCK + BLOCK - 1);
+            let rows = top.saturating_sub(down * BLOCK)..BLOCK.min(bottom + 1 - down * BLOCK);
             for across in left / BLOCK..=right / BLOCK {
                 let block = down * BLOCKS + across;
                 if blocks >> block & 1 == 0 || local.most < floors[block] {
                     continue;
                 }
                 let p = f32x8::new(STEPS) + f32x8::splat((across * BLOCK) as f32 - half);
-                for row in rows.clone() {
-                    let terms = Row::new(local, *colour, row as f32 - half);
-                    self.packets[row * BLOCKS + across].meet::<PROVEN>(&terms, p);
+                let packets = &mut self.packets[block][rows.clone()];
+                counts.tests += packets.len() as u64;
+                let mut q = (down * BLOCK + rows.start) as f32 - half;
+                for packet in packets {
+                    let terms = Row::new(local, *colour, q);
+                    packet.meet::<PROVEN>(&terms, p);
+                    q += 1.0;
                 }
-                counts.tests += rows.clone().count() as u64;
                 visits[block] += 1;
                 if PROVEN && visits[block] >= 4 && visits[block].is_power_of_two() {
-                    floors[block] = self.floor(across, down);
+                    floors[block] = self.floor(block);
                 }
             }
         }
     }
 
     /// The least depth of any leader of a block.
-    fn floor(&self, across: usize, down: usize) -> f32 {
-        let rows =
-            (down * BLOCK..(down + 1) * BLOCK).map(|row| self.packets[row * BLOCKS + across].least);
-        let least = rows.fold(f32x8::splat(f32::INFINITY), |least, row| {
-            least.fast_min(row)
-        });
+    fn floor(&self, block: usize) -> f32 {
+        let least = self.packets[block].iter().map(|packet| packet.least);
+        let least = least.fold(f32x8::splat(f32::INFINITY), f32x8::fast_min);
         least.to_array().into_iter().fold(f32::INFINITY, f32::min)
     }
+}
+
+/// The places of the bits that are set.
+fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let place = (bits != 0).then(|| bits.trailing_zeros() as usize);
+        bits &= bits.wrapping_sub(1);
+        place
+    })
 }
 
 const STEPS: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
