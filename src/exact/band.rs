@@ -444,7 +444,6 @@ impl<'a> Band<'a> {
         let mut records = std::mem::take(&mut self.scratch.records);
         records.sort_unstable_by(|a, b| a.most.total_cmp(&b.most));
         let across = (self.columns as usize).div_ceil(BLOCK);
-        let tile_blocks = self.side as usize / BLOCK;
         let origin = tile.column as usize / BLOCK;
         let mut contested = 0;
         for eight in records.chunks(LANES) {
@@ -472,20 +471,16 @@ impl<'a> Band<'a> {
                         }
                     }
                 }
-                debug_assert!(tile_blocks <= BLOCKS);
-                if outline.shape != Shape::Convex || others & !contested != 0 {
+                if outline.shape != Shape::Convex {
                     contested |= free | hidden | others;
                     continue;
                 }
-                free &= !contested;
-                hidden &= !contested;
-                if free == 0 {
+                // Where it is hidden, painting it is wrong as well.
+                if free & !contested == 0 {
+                    contested |= others;
                     continue;
                 }
-                if hidden != 0 {
-                    contested |= free | hidden;
-                    continue;
-                }
+                contested |= others | hidden;
                 for down in top / BLOCK..=bottom / BLOCK {
                     for column in
                         usize::from(record.left) / BLOCK..=usize::from(record.right) / BLOCK
@@ -566,7 +561,7 @@ fn run(line: &mut [u8], start: u32, end: u32) -> &mut [u8] {
 type Pattern = [u8; 96];
 
 fn pattern(colour: Rgb) -> Pattern {
-    std::array::from_fn(|at| colour[at % BYTES_PER_PIXEL])
+    bytemuck::cast([colour; 96 / BYTES_PER_PIXEL])
 }
 
 /// Fills a run of whole pixels, the last piece over the one before.

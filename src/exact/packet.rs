@@ -294,7 +294,7 @@ impl Depths {
         self.candidates.clear();
         self.boxes.clear();
         let mut order = std::mem::take(&mut self.order);
-        nearest_first(records, &mut order);
+        nearest_first(records, blocks, &mut order);
 
         let mut floors = [f32::NEG_INFINITY; BLOCKS * BLOCKS];
         let mut visits = [0_u32; BLOCKS * BLOCKS];
@@ -407,14 +407,28 @@ pub(super) fn colour_of(scene: &Scene, seen: Seen) -> Rgb {
     }
 }
 
-/// The places of `records` in `order`'s low halves, the nearest first; what may
-/// be equal is ordered by what it is and then by file.
-fn nearest_first(records: &[Record], order: &mut Vec<u64>) {
+/// The places of `records` that touch `blocks`, in `order`'s low halves, the nearest
+/// first; what is equally near is ordered by file.
+fn nearest_first(records: &[Record], blocks: u64, order: &mut Vec<u64>) {
     order.clear();
+    let places = (0_u64..).zip(records);
+    let touching = places.filter(|(_, record)| blocks_of_box(record) & blocks != 0);
     // Depths are not negative, so their bits are ordered as they are.
     let key = |record: &Record| u64::from(!record.most.to_bits()) << 32;
-    order.extend((0_u64..).zip(records).map(|(at, record)| key(record) | at));
+    order.extend(touching.map(|(at, record)| key(record) | at));
     if !order.is_sorted() {
         order.sort_unstable();
     }
+}
+
+/// The blocks of a sphere's box.
+#[inline]
+fn blocks_of_box(record: &Record) -> u64 {
+    let side = BLOCK as u8;
+    let (left, right) = (record.left / side, record.right / side);
+    let (top, bottom) = (record.top / side, record.bottom / side);
+    // Rows as bytes of ones, columns as the same bits in each of them.
+    let rows = (u64::MAX << (8 * top)) & (u64::MAX >> (56 - 8 * bottom));
+    let columns = (0xff_u64 << left) & (0xff >> (7 - right));
+    rows & columns.wrapping_mul(0x0101_0101_0101_0101)
 }
