@@ -20,7 +20,6 @@ use super::{
 };
 use crate::{
     camera::BYTES_PER_PIXEL,
-    methods::Seen,
     spheres::{LANES, Rgb},
 };
 
@@ -535,15 +534,9 @@ impl<'a> Band<'a> {
                 continue;
             }
             let records = engine.bins.records(column / self.side, row / self.side);
-            let small = records.flatten().map(|record| record.index);
-            let candidates = large.iter().map(|large| large.index).chain(small);
-            let (seen, rung) = decide(
-                &engine.scene.spheres,
-                engine.grid.camera(),
-                (column, row),
-                candidates.map(|index| index as Seen),
-                true,
-            );
+            let small = records.flatten().map(Record::candidate);
+            let candidates = large.iter().map(|large| large.candidate()).chain(small);
+            let (seen, rung) = decide(engine.grid.camera(), (column, row), candidates, true);
             self.counts.settled_by(rung);
             let line =
                 &mut self.bytes[(down as usize - self.first) * self.row_bytes..][..self.row_bytes];

@@ -11,7 +11,10 @@ use super::{
     Bounds,
     conic::{Extents, Grid, Lanes},
 };
-use crate::spheres::{LANES, Rgb, Spheres};
+use crate::{
+    methods::Seen,
+    spheres::{LANES, Rgb, Sphere, Spheres},
+};
 
 /// A sphere in a tile: half a cache line.
 #[derive(Clone, Copy, Debug, Default)]
@@ -165,11 +168,11 @@ impl Run {
         let mut small = Vec::new();
         let mut large = Vec::new();
         let mut starts = Vec::new();
+        let components = [spheres.x(), spheres.y(), spheres.z(), spheres.radius()];
         for first in range.clone().step_by(LANES) {
-            let eight = |component: &[f32]| -> [f32; LANES] {
-                std::array::from_fn(|lane| component[first + lane])
-            };
-            let [x, y, z, r] = [spheres.x(), spheres.y(), spheres.z(), spheres.radius()].map(eight);
+            let eight =
+                |component: &[f32]| -> [f32; LANES] { std::array::from_fn(|lane| component[lane]) };
+            let [x, y, z, r] = components.map(|all| eight(&all[first..first + LANES]));
             let extents = Extents::new(grid, &Lanes::new(x, y, z, r));
             let mut visible = extents.visible;
             while visible != 0 {
@@ -235,7 +238,36 @@ fn greatest(placed: &[Large]) -> f32 {
     most.filter(|most| most.is_finite()).fold(0.0, f32::max)
 }
 
+impl Record {
+    /// Whether its box holds all of a tile that is `width` by `height` pixels.
+    pub(super) fn covers(&self, width: usize, height: usize) -> bool {
+        self.left == 0
+            && self.top == 0
+            && usize::from(self.right) + 1 >= width
+            && usize::from(self.bottom) + 1 >= height
+    }
+
+    /// The sphere, by its place in the file.
+    pub(super) fn candidate(&self) -> (Seen, Sphere) {
+        candidate(self.index, self.sphere, self.colour)
+    }
+}
+
+fn candidate(index: u32, [x, y, z, radius]: [f32; 4], colour: Rgb) -> (Seen, Sphere) {
+    let sphere = Sphere {
+        centre: [x, y, z],
+        radius,
+        colour,
+    };
+    (index, sphere)
+}
+
 impl Large {
+    /// The sphere, by its place in the file.
+    pub(super) fn candidate(&self) -> (Seen, Sphere) {
+        candidate(self.index, self.sphere, self.colour)
+    }
+
     /// The tiles of its box: place in the table, column, row.
     #[inline]
     fn tiles(&self, tiles: Tiles) -> impl Iterator<Item = (usize, u32, u32)> {

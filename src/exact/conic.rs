@@ -148,15 +148,18 @@ fn whole(lanes: f64x8) -> [u32; LANES] {
     bits.map(|bits| bits as u32)
 }
 
-/// The next float above, whatever the magnitude of `value`, which is `>= 0`:
-/// conversion rounds by `2^-24` of it, or by `2^-150`.
+/// A float above `value`, which is `>= 0` and of any magnitude: conversion rounds
+/// by `2^-24` of it, or by `2^-150`. What is negative stays so.
+#[inline]
 fn float_above(value: f64) -> f32 {
-    (value * (1.0 + 3.0 * U32) + f64::from(f32::from_bits(1))) as f32
+    const SMALLEST: f64 = f32::from_bits(1) as f64;
+    (value * (1.0 + 3.0 * U32) + SMALLEST) as f32
 }
 
 /// As [`float_above`], below, and not below 0.
 fn float_below(value: f64) -> f32 {
-    ((value * (1.0 - 3.0 * U32) - f64::from(f32::from_bits(1))) as f32).max(0.0)
+    const SMALLEST: f64 = f32::from_bits(1) as f64;
+    ((value * (1.0 - 3.0 * U32) - SMALLEST) as f32).max(0.0)
 }
 
 /// Where eight spheres can be seen at all.
@@ -468,31 +471,31 @@ pub(super) struct Around {
     pub(super) scale: f64,
 }
 
-/// Depths of one sphere around a tile, in floats: with `p`, `q` columns and rows from
-/// its middle and `1/z` scaled by [`Around::scale`],
+/// Depths of eight spheres around a tile, in floats: with `p`, `q` columns and rows
+/// from its middle and `1/z` scaled by [`Around::scale`],
 ///
 /// ```text
 /// D/c^2 = d00 + d10 p + d01 q + d20 p^2 + d11 p q + d02 q^2     within d_bound
 /// B/c   = b00 + b10 p + b01 q
 /// 1/z   = B/c + sqrt(D/c^2)                                     within bound more
 /// ```
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Local {
-    pub(super) d00: f32,
-    pub(super) d10: f32,
-    pub(super) d01: f32,
-    pub(super) d20: f32,
-    pub(super) d11: f32,
-    pub(super) d02: f32,
-    pub(super) d_bound: f32,
-    pub(super) b00: f32,
-    pub(super) b10: f32,
-    pub(super) b01: f32,
-    pub(super) bound: f32,
+    pub(super) d00: [f32; LANES],
+    pub(super) d10: [f32; LANES],
+    pub(super) d01: [f32; LANES],
+    pub(super) d20: [f32; LANES],
+    pub(super) d11: [f32; LANES],
+    pub(super) d02: [f32; LANES],
+    pub(super) d_bound: [f32; LANES],
+    pub(super) b00: [f32; LANES],
+    pub(super) b10: [f32; LANES],
+    pub(super) b01: [f32; LANES],
+    pub(super) bound: [f32; LANES],
     /// No hit within the tile is nearer; negative if there is none.
-    pub(super) most: f32,
-    /// Every pixel of the tile is hit, none farther than this; 0 if not so.
-    pub(super) least: f32,
+    pub(super) most: [f32; LANES],
+    /// Every pixel of the tile is hit, none farther than this; negative if not so.
+    pub(super) least: [f32; LANES],
 }
 
 /// `N`: 3 of a coordinate, 1 of the product, 1 of the difference.
@@ -533,20 +536,21 @@ impl Local {
     /// With `n` the greatest `|N|` of the tile, part by part, `a` likewise of `A` and
     /// `h` the bound of `N0`, the coefficients are wrong by no more than
     /// `COEFFICIENT_BOUND (r^2 a + n.n) + (2n + h).h` anywhere in it.
+    /// `COVERS`: whether `least` is asked for.
     #[inline]
-    pub(super) fn eight(
+    pub(super) fn new<const COVERS: bool>(
         grid: &Grid,
         around: &Around,
         spheres: &Lanes,
         most: [f32; LANES],
         bounds: Bounds,
-    ) -> [Self; LANES] {
+    ) -> Self {
         let &Lanes { x, y, z, r } = spheres;
         let x0 = splat(grid.camera.x_slope(around.column));
         let y0 = splat(grid.camera.y_slope(around.row));
         let (dx, dy) = (splat(grid.x_step), splat(-grid.y_step));
         let t = splat(around.half);
-        let (zero, two) = (splat(0.0), splat(2.0));
+        let (zero, two, unbounded) = (splat(0.0), splat(2.0), splat(f64::INFINITY));
 
         let (n_x, n_y, n_z) = (y - z * y0, z * x0 - x, x * y0 - y * x0);
         let squared_radius = r * r;
@@ -624,69 +628,47 @@ impl Local {
         let top = (d00 + d_linear + t * t * bulge + d_bound).fast_max(zero);
         let nearest = (b00 + b_linear + top.sqrt() + bound) * up;
 
-        // The set seen is convex and 1/z concave on it for c > 0 (exact-visibility,
-        // facts 3 and 4): the tile is hit if its corners are, and least at one.
-        let mut corners_hit = outside & known;
-        let mut farthest = splat(f64::INFINITY);
-        for (p, q) in [(t, t), (t, -t), (-t, t), (-t, -t)] {
-            let d = d00 + d10 * p + d01 * q + d20 * (t * t) + d11 * (p * q) + d02 * (t * t);
-            corners_hit &= d.simd_gt(d_bound);
-            let root = (d - d_bound).fast_max(zero).sqrt();
-            farthest = farthest.fast_min(b00 + b10 * p + b01 * q + root - bound);
+        let whole_most = f64x8::new(most.map(f64::from)) * splat(around.scale);
+        let nearest = nearest.simd_lt(whole_most).select(nearest, whole_most);
+        let nearest = away.select(splat(-1.0), known.select(nearest, whole_most));
+
+        let mut farthest = splat(-1.0);
+        if COVERS && bounds != Bounds::Refused {
+            // The set seen is convex and 1/z concave on it for c > 0 (exact-visibility,
+            // facts 3 and 4): the tile is hit if its corners are, and least at one.
+            let mut hit = outside & known;
+            farthest = splat(f64::INFINITY);
+            for (p, q) in [(t, t), (t, -t), (-t, t), (-t, -t)] {
+                let d = d00 + d10 * p + d01 * q + d20 * (t * t) + d11 * (p * q) + d02 * (t * t);
+                hit &= d.simd_gt(d_bound);
+                let root = (d - d_bound).fast_max(zero).sqrt();
+                farthest = farthest.fast_min(b00 + b10 * p + b01 * q + root - bound);
+            }
+            farthest = hit.select(farthest, splat(-1.0));
         }
-        let (known, away, corners_hit) = (
-            known.to_bitmask(),
-            away.to_bitmask(),
-            corners_hit.to_bitmask(),
-        );
+        let (d_bound, bound, nearest) = match bounds {
+            Bounds::Proven => (d_bound, bound, nearest),
+            Bounds::Refused => (unbounded, unbounded, unbounded),
+            Bounds::Ignored => (zero, zero, nearest),
+        };
 
         let floats = |value: f64x8| value.to_array().map(|value| value as f32);
-        let [d00, d10, d01, d20, d11, d02] = [d00, d10, d01, d20, d11, d02].map(floats);
-        let [b00, b10, b01] = [b00, b10, b01].map(floats);
-        let [d_bound, bound, nearest] =
-            [d_bound, bound, nearest].map(|value| value.to_array().map(float_above));
-        let farthest = farthest.to_array();
-        std::array::from_fn(|lane| {
-            let flag = |mask: u32| mask >> lane & 1 == 1;
-            let whole_most = float_above(f64::from(most[lane]) * around.scale);
-            if flag(away) {
-                return Self {
-                    most: -1.0,
-                    ..Self::default()
-                };
-            }
-            if !flag(known) || bounds == Bounds::Refused {
-                return Self {
-                    d_bound: f32::INFINITY,
-                    bound: f32::INFINITY,
-                    most: if bounds == Bounds::Refused {
-                        f32::INFINITY
-                    } else {
-                        whole_most
-                    },
-                    ..Self::default()
-                };
-            }
-            let ignored = bounds == Bounds::Ignored;
-            Self {
-                d00: d00[lane],
-                d10: d10[lane],
-                d01: d01[lane],
-                d20: d20[lane],
-                d11: d11[lane],
-                d02: d02[lane],
-                d_bound: if ignored { 0.0 } else { d_bound[lane] },
-                b00: b00[lane],
-                b10: b10[lane],
-                b01: b01[lane],
-                bound: if ignored { 0.0 } else { bound[lane] },
-                most: whole_most.min(nearest[lane]),
-                least: if flag(corners_hit) {
-                    float_below(farthest[lane])
-                } else {
-                    0.0
-                },
-            }
-        })
+        let known_floats = |value: f64x8| floats(known.select(value, zero));
+        let above = |value: f64x8| value.to_array().map(float_above);
+        Self {
+            d00: known_floats(d00),
+            d10: known_floats(d10),
+            d01: known_floats(d01),
+            d20: known_floats(d20),
+            d11: known_floats(d11),
+            d02: known_floats(d02),
+            d_bound: above(known.select(d_bound, unbounded)),
+            b00: known_floats(b00),
+            b10: known_floats(b10),
+            b01: known_floats(b01),
+            bound: above(known.select(bound, unbounded)),
+            most: above(nearest),
+            least: floats(farthest * splat(1.0 - 4.0 * U32) - splat(LEAST_BOUND)),
+        }
     }
 }

@@ -17,7 +17,7 @@ use crate::{
     camera::Camera,
     exact::integers,
     methods::{NONE, Seen},
-    spheres::{Sphere, Spheres},
+    spheres::Sphere,
 };
 
 /// Unit roundoff of doubles.
@@ -87,13 +87,13 @@ impl Sight {
     }
 }
 
-/// The sphere that pixel `(column, row)` sees, of `candidates` in any order.
-/// `trusted` is false where every bound of the doubles is to refuse.
+/// The sphere that pixel `(column, row)` sees, of `candidates` in any order, each
+/// with its place in the file. `trusted` is false where every bound of the doubles
+/// is to refuse.
 pub(super) fn decide(
-    spheres: &Spheres,
     camera: &Camera,
     (column, row): (u32, u32),
-    candidates: impl Iterator<Item = Seen> + Clone,
+    candidates: impl Iterator<Item = (Seen, Sphere)> + Clone,
     trusted: bool,
 ) -> (Seen, Rung) {
     let ray = Ray::new(camera, column, row);
@@ -110,8 +110,8 @@ pub(super) fn decide(
     let mut least = f64::NEG_INFINITY;
     let mut leader_most = f64::NEG_INFINITY;
     let mut rival_most = f64::NEG_INFINITY;
-    for index in candidates.clone() {
-        let sight = sight(&spheres.get(index as usize));
+    for (index, sphere) in candidates.clone() {
+        let sight = sight(&sphere);
         if sight.least() > least {
             rival_most = rival_most.max(leader_most);
             (leader, least, leader_most) = (index, sight.least(), sight.most());
@@ -125,8 +125,7 @@ pub(super) fn decide(
 
     let exact_ray = integers::Ray::new(camera, column, row);
     let mut nearest: Option<(Seen, integers::InverseDepth)> = None;
-    for index in candidates {
-        let sphere = spheres.get(index as usize);
+    for (index, sphere) in candidates {
         let sight = sight(&sphere);
         if sight.most() < least || matches!(sight, Sight::Missed) {
             continue;

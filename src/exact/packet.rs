@@ -24,7 +24,7 @@ use crate::{
     camera::BYTES_PER_PIXEL,
     methods::{NONE, Seen},
     scene::Scene,
-    spheres::{LANES, Rgb},
+    spheres::{LANES, Rgb, Sphere},
 };
 
 /// Rows and columns of a block.
@@ -55,30 +55,35 @@ struct Packet {
     colour: f32x8,
 }
 
-/// A sphere's terms in one row.
+/// A sphere's terms in eight rows: those that differ from row to row, and those
+/// that don't.
 #[derive(Clone, Copy, Debug)]
-struct Row {
-    d0: f32x8,
-    d1: f32x8,
+struct Terms {
+    d0: [f32; BLOCK],
+    d1: [f32; BLOCK],
+    b0: [f32; BLOCK],
     d2: f32x8,
     d_bound: f32x8,
-    b0: f32x8,
     b1: f32x8,
     bound: f32x8,
     colour: f32x8,
 }
 
-impl Row {
+impl Terms {
+    /// Of rows `q`, `q + 1`, ... from the middle of the tile.
     #[inline(always)]
-    fn new(local: &Local, colour: f32, q: f32) -> Self {
+    fn new(local: &Local, lane: usize, colour: f32, q: f32) -> Self {
+        let q = f32x8::splat(q) + f32x8::new(STEPS);
+        let splat = |of: &[f32; LANES]| f32x8::splat(of[lane]);
+        let quadratic = splat(&local.d02).mul_add(q, splat(&local.d01));
         Self {
-            d0: f32x8::splat(local.d00 + q * (local.d01 + q * local.d02)),
-            d1: f32x8::splat(local.d10 + q * local.d11),
-            d2: f32x8::splat(local.d20),
-            d_bound: f32x8::splat(local.d_bound),
-            b0: f32x8::splat(local.b00 + q * local.b01),
-            b1: f32x8::splat(local.b10),
-            bound: f32x8::splat(local.bound),
+            d0: quadratic.mul_add(q, splat(&local.d00)).to_array(),
+            d1: splat(&local.d11).mul_add(q, splat(&local.d10)).to_array(),
+            b0: splat(&local.b01).mul_add(q, splat(&local.b00)).to_array(),
+            d2: splat(&local.d20),
+            d_bound: splat(&local.d_bound),
+            b1: splat(&local.b10),
+            bound: splat(&local.bound),
             colour: f32x8::splat(colour),
         }
     }
@@ -97,23 +102,25 @@ impl Packet {
 
     /// Meets a sphere in the pixels `p` columns from the middle of the tile.
     #[inline(always)]
-    fn meet<const PROVEN: bool>(&mut self, row: &Row, p: f32x8) {
-        let d = row.d2.mul_add(p, row.d1).mul_add(p, row.d0);
-        let b = row.b1.mul_add(p, row.b0);
+    fn meet<const PROVEN: bool>(&mut self, terms: &Terms, row: usize, p: f32x8) {
+        let splat = |of: &[f32; BLOCK]| f32x8::splat(of[row]);
+        let d = terms.d2.mul_add(p, splat(&terms.d1));
+        let d = d.mul_add(p, splat(&terms.d0));
+        let b = terms.b1.mul_add(p, splat(&terms.b0));
         if PROVEN {
-            let most = (b + row.bound) + (d + row.d_bound).sqrt();
-            let least = (b - row.bound) + (d - row.d_bound).sqrt();
+            let most = (b + terms.bound) + (d + terms.d_bound).sqrt();
+            let least = (b - terms.bound) + (d - terms.d_bound).sqrt();
             let leads = least.simd_gt(self.least);
             let loser = leads.select(self.most, most);
             self.rival = loser.simd_gt(self.rival).select(loser, self.rival);
             self.least = leads.select(least, self.least);
             self.most = leads.select(most, self.most);
-            self.colour = leads.select(row.colour, self.colour);
+            self.colour = leads.select(terms.colour, self.colour);
         } else {
             let depth = b + d.sqrt();
             let leads = depth.simd_gt(self.least);
             self.least = leads.select(depth, self.least);
-            self.colour = leads.select(row.colour, self.colour);
+            self.colour = leads.select(terms.colour, self.colour);
         }
     }
 
@@ -157,23 +164,17 @@ pub(super) struct Tile {
     pub(super) side: u32,
 }
 
-/// A sphere that may be seen in the tile.
-#[derive(Clone, Copy, Debug)]
-struct Candidate {
-    local: Local,
-    colour: f32,
-    index: Seen,
-}
-
 /// Room for the packets of one tile at a time.
 #[derive(Debug, Default)]
 pub(super) struct Depths {
     /// Of each block, row by row.
     packets: Vec<[Packet; BLOCK]>,
-    candidates: Vec<Candidate>,
+    /// What was met in the tile.
+    candidates: Vec<(Seen, Sphere)>,
     /// First and last column and row of each candidate.
     boxes: Vec<[u8; 4]>,
     order: Vec<u64>,
+    unordered: Vec<u64>,
 }
 
 impl Depths {
@@ -219,7 +220,7 @@ impl Depths {
                 }
                 let open = packet.open() & ((1 << lanes) - 1);
                 for lane in set_bits(u64::from(open)) {
-                    let (seen, rung) = self.decide(scene, grid, tile, first + lane, row, bounds);
+                    let (seen, rung) = self.decide(grid, tile, first + lane, row, bounds);
                     counts.packets -= 1;
                     counts.settled_by(rung);
                     let colour = colour_of(scene, seen);
@@ -231,7 +232,6 @@ impl Depths {
 
     fn decide(
         &self,
-        scene: &Scene,
         grid: &Grid,
         tile: &Tile,
         column: usize,
@@ -252,17 +252,11 @@ impl Depths {
                     .iter()
                     .zip(candidates)
                     .filter(|(sides, _)| holds(sides));
-                near.extend(holding.map(|(_, candidate)| candidate.index));
+                near.extend(holding.map(|(_, candidate)| *candidate));
             }
         }
         let trusted = bounds != Bounds::Refused;
-        decide(
-            &scene.spheres,
-            grid.camera(),
-            at,
-            near.iter().copied(),
-            trusted,
-        )
+        decide(grid.camera(), at, near.iter().copied(), trusted)
     }
 
     /// All candidates of the tile, the nearest first, each in the blocks where it
@@ -294,7 +288,7 @@ impl Depths {
         self.candidates.clear();
         self.boxes.clear();
         let mut order = std::mem::take(&mut self.order);
-        nearest_first(records, blocks, &mut order);
+        nearest_first(records, blocks, &mut order, &mut self.unordered);
 
         let mut floors = [f32::NEG_INFINITY; BLOCKS * BLOCKS];
         let mut visits = [0_u32; BLOCKS * BLOCKS];
@@ -307,30 +301,27 @@ impl Depths {
             }
             let lanes = Lanes::of((0..LANES).map(|lane| record(lane).sphere));
             let most = std::array::from_fn(|lane| record(lane).most);
-            let locals = Local::eight(grid, &around, &lanes, most, bounds);
-            for (lane, local) in locals.iter().enumerate().take(eight.len()) {
+            let covers = (0..eight.len()).any(|lane| record(lane).covers(tile.width, tile.height));
+            let local = if covers {
+                Local::new::<true>(grid, &around, &lanes, most, bounds)
+            } else {
+                Local::new::<false>(grid, &around, &lanes, most, bounds)
+            };
+            for lane in 0..eight.len() {
                 let record = record(lane);
                 // Of equal spheres the first of the file is seen; they sort together.
-                if local.most < floor || local.most < 0.0 || equal == Some(record.sphere) {
+                if local.most[lane] < floor.max(0.0) || equal == Some(record.sphere) {
                     continue;
                 }
                 equal = Some(record.sphere);
-                floor = floor.max(if local.least > 0.0 {
-                    local.least
-                } else {
-                    f32::NEG_INFINITY
-                });
-                let candidate = Candidate {
-                    local: *local,
-                    index: record.index,
-                    colour: bits(record.colour),
-                };
+                floor = floor.max(local.least[lane]);
                 let sides = [record.left, record.right, record.top, record.bottom];
-                self.candidates.push(candidate);
+                self.candidates.push(record.candidate());
                 self.boxes.push(sides);
                 self.meet::<PROVEN>(
-                    &candidate,
-                    sides.map(usize::from),
+                    &local,
+                    lane,
+                    record,
                     half as f32,
                     blocks,
                     &mut floors,
@@ -346,33 +337,37 @@ impl Depths {
         self.order = order;
     }
 
+    #[expect(clippy::too_many_arguments, reason = "a tile has all of these")]
+    #[inline]
     fn meet<const PROVEN: bool>(
         &mut self,
-        candidate: &Candidate,
-        [left, right, top, bottom]: [usize; 4],
+        local: &Local,
+        lane: usize,
+        record: &Record,
         half: f32,
         blocks: u64,
         floors: &mut [f32; BLOCKS * BLOCKS],
         visits: &mut [u32; BLOCKS * BLOCKS],
         counts: &mut Counts,
     ) {
-        let Candidate { local, colour, .. } = candidate;
-        for down in top / BLOCK..=bottom / BLOCK {
-            let rows = top.saturating_sub(down * BLOCK)..BLOCK.min(bottom + 1 - down * BLOCK);
-            for across in left / BLOCK..=right / BLOCK {
+        let colour = bits(record.colour);
+        let [left, right, top, bottom] =
+            [record.left, record.right, record.top, record.bottom].map(usize::from);
+        for down in top / BLOCK..bottom / BLOCK + 1 {
+            let terms = Terms::new(local, lane, colour, (down * BLOCK) as f32 - half);
+            let first = top.saturating_sub(down * BLOCK);
+            let last = BLOCK.min(bottom + 1 - down * BLOCK);
+            for across in left / BLOCK..right / BLOCK + 1 {
                 let block = down * BLOCKS + across;
-                if blocks >> block & 1 == 0 || local.most < floors[block] {
+                if blocks >> block & 1 == 0 || local.most[lane] < floors[block] {
                     continue;
                 }
                 let p = f32x8::new(STEPS) + f32x8::splat((across * BLOCK) as f32 - half);
-                let packets = &mut self.packets[block][rows.clone()];
-                counts.tests += packets.len() as u64;
-                let mut q = (down * BLOCK + rows.start) as f32 - half;
-                for packet in packets {
-                    let terms = Row::new(local, *colour, q);
-                    packet.meet::<PROVEN>(&terms, p);
-                    q += 1.0;
+                let rows = self.packets[block].iter_mut().enumerate();
+                for (row, packet) in rows.take(last).skip(first) {
+                    packet.meet::<PROVEN>(&terms, row, p);
                 }
+                counts.tests += (last - first) as u64;
                 visits[block] += 1;
                 if PROVEN && visits[block] >= 4 && visits[block].is_power_of_two() {
                     floors[block] = self.floor(block);
@@ -409,15 +404,38 @@ pub(super) fn colour_of(scene: &Scene, seen: Seen) -> Rgb {
 
 /// The places of `records` that touch `blocks`, in `order`'s low halves, the nearest
 /// first; what is equally near is ordered by file.
-fn nearest_first(records: &[Record], blocks: u64, order: &mut Vec<u64>) {
-    order.clear();
+fn nearest_first(records: &[Record], blocks: u64, order: &mut Vec<u64>, unordered: &mut Vec<u64>) {
+    const BUCKETS: usize = 256;
+    unordered.clear();
     let places = (0_u64..).zip(records);
     let touching = places.filter(|(_, record)| blocks_of_box(record) & blocks != 0);
     // Depths are not negative, so their bits are ordered as they are.
     let key = |record: &Record| u64::from(!record.most.to_bits()) << 32;
-    order.extend(touching.map(|(at, record)| key(record) | at));
-    if !order.is_sorted() {
-        order.sort_unstable();
+    unordered.extend(touching.map(|(at, record)| key(record) | at));
+    order.clone_from(unordered);
+    if order.is_sorted() {
+        return;
+    }
+    // Into buckets of like depth, and each of them by itself.
+    let ends = |(low, high): (u64, u64), &key: &u64| (low.min(key), high.max(key));
+    let (low, high) = unordered.iter().fold((u64::MAX, 0), ends);
+    let shift = (64 - (high - low).leading_zeros()).saturating_sub(BUCKETS.ilog2());
+    let bucket = |key: u64| ((key - low) >> shift) as usize;
+    let mut starts = [0_u32; BUCKETS + 1];
+    for &key in &*unordered {
+        starts[bucket(key) + 1] += 1;
+    }
+    for at in 0..BUCKETS {
+        starts[at + 1] += starts[at];
+    }
+    let mut next = starts;
+    for &key in &*unordered {
+        let next = &mut next[bucket(key)];
+        order[*next as usize] = key;
+        *next += 1;
+    }
+    for ends in starts.windows(2) {
+        order[ends[0] as usize..ends[1] as usize].sort_unstable();
     }
 }
 
