@@ -16,7 +16,7 @@ use super::{
     bins::{Large, Record},
     conic::{Ends, Lanes, Outline, Shape},
     decide::{Ray, decide},
-    packet::{BLOCK, BLOCKS, Depths, Tile, block_bit, blocks_of, colour_of},
+    packet::{BLOCK, BLOCKS, Contest, Depths, Tile, block_bit, blocks_of, colour_of},
 };
 use crate::{
     camera::BYTES_PER_PIXEL,
@@ -393,19 +393,20 @@ impl<'a> Band<'a> {
                 && large.bottom >= tile.row
         });
         let records = &mut self.scratch.records;
+        let small = records.len();
         records.extend(touching.map(|large| large.record(tile.column, tile.row, self.side)));
-        self.scratch.depths.draw(
-            engine.scene,
-            &engine.grid,
-            engine.scale,
-            engine.bounds,
-            &tile,
-            contested,
+        let contest = Contest {
+            scene: engine.scene,
+            grid: &engine.grid,
+            bounds: engine.bounds,
+            scale: engine.scale,
+            tile,
+            blocks: contested,
             records,
-            self.bytes,
-            self.row_bytes,
-            &mut self.counts,
-        );
+            small,
+        };
+        let depths = &mut self.scratch.depths;
+        depths.settle(&contest, self.bytes, self.row_bytes, &mut self.counts);
     }
 
     /// What is farther than this is hidden all over the tile, by one large sphere.

@@ -48,7 +48,8 @@ pub(super) struct Large {
     pub(super) bottom: u32,
 }
 
-/// A sphere of more tiles than this is large; it bounds the memory of the bins.
+/// A sphere of more tiles than this is large; it bounds the memory of the bins. One
+/// that covers a tile reaches beyond it on all sides, so it is large.
 const MOST_TILES: u64 = 4;
 
 /// Of so few spheres all are large: whole rows are painted faster than tiles.
@@ -201,9 +202,7 @@ impl Run {
                 if starts.is_empty() {
                     starts = vec![0_u32; tiles.count() + 1];
                 }
-                for (at, ..) in placed.tiles(tiles) {
-                    starts[at] += 1;
-                }
+                placed.each_tile(tiles, |at, _, _| starts[at] += 1);
                 small.push(placed);
             }
         }
@@ -213,11 +212,11 @@ impl Run {
         }
         let mut records = vec![Record::default(); total as usize];
         for placed in &small {
-            for (at, column, row) in placed.tiles(tiles) {
-                let record = placed.record(column << tiles.shift, row << tiles.shift, tiles.side());
-                records[starts[at] as usize] = record;
+            placed.each_tile(tiles, |at, column, row| {
+                let (x, y) = (column << tiles.shift, row << tiles.shift);
+                records[starts[at] as usize] = placed.record(x, y, tiles.side());
                 starts[at] += 1;
-            }
+            });
         }
         // Each start has moved to where the next one was.
         if !starts.is_empty() {
@@ -239,14 +238,6 @@ fn greatest(placed: &[Large]) -> f32 {
 }
 
 impl Record {
-    /// Whether its box holds all of a tile that is `width` by `height` pixels.
-    pub(super) fn covers(&self, width: usize, height: usize) -> bool {
-        self.left == 0
-            && self.top == 0
-            && usize::from(self.right) + 1 >= width
-            && usize::from(self.bottom) + 1 >= height
-    }
-
     /// The sphere, by its place in the file.
     pub(super) fn candidate(&self) -> (Seen, Sphere) {
         candidate(self.index, self.sphere, self.colour)
@@ -268,15 +259,17 @@ impl Large {
         candidate(self.index, self.sphere, self.colour)
     }
 
-    /// The tiles of its box: place in the table, column, row.
+    /// Visits the tiles of its box: place in the table, column, row.
     #[inline]
-    fn tiles(&self, tiles: Tiles) -> impl Iterator<Item = (usize, u32, u32)> {
-        let across = self.left >> tiles.shift..(self.right >> tiles.shift) + 1;
-        (self.top >> tiles.shift..(self.bottom >> tiles.shift) + 1).flat_map(move |row| {
+    fn each_tile(&self, tiles: Tiles, mut visit: impl FnMut(usize, u32, u32)) {
+        let (left, right) = (self.left >> tiles.shift, self.right >> tiles.shift);
+        let (top, bottom) = (self.top >> tiles.shift, self.bottom >> tiles.shift);
+        for row in top..bottom + 1 {
             let first = row as usize * tiles.columns;
-            let across = across.clone();
-            across.map(move |column| (first + column as usize, column, row))
-        })
+            for column in left..right + 1 {
+                visit(first + column as usize, column, row);
+            }
+        }
     }
 
     /// The part of it in the tile at `(x, y)`.

@@ -164,6 +164,22 @@ pub(super) struct Tile {
     pub(super) side: u32,
 }
 
+/// Blocks of a tile that are contested, and the spheres that may be seen in them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Contest<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) grid: &'a Grid,
+    pub(super) bounds: Bounds,
+    /// See [`Around::scale`].
+    pub(super) scale: f64,
+    pub(super) tile: Tile,
+    pub(super) blocks: u64,
+    /// Small spheres, and then large ones.
+    pub(super) records: &'a [Record],
+    /// How many are small.
+    pub(super) small: usize,
+}
+
 /// Room for the packets of one tile at a time.
 #[derive(Debug, Default)]
 pub(super) struct Depths {
@@ -178,30 +194,22 @@ pub(super) struct Depths {
 }
 
 impl Depths {
-    /// Draws some `blocks` of a tile from all spheres that may be seen in them.
-    /// `bytes` are the rows `tile.first..tile.last`, of `row_bytes` each.
-    #[expect(clippy::too_many_arguments, reason = "a tile has all of these")]
-    pub(super) fn draw(
+    /// Settles a contest. `bytes` are the rows `tile.first..tile.last`, of `row_bytes`
+    /// each.
+    pub(super) fn settle(
         &mut self,
-        scene: &Scene,
-        grid: &Grid,
-        scale: f64,
-        bounds: Bounds,
-        tile: &Tile,
-        blocks: u64,
-        records: &[Record],
+        contest: &Contest<'_>,
         bytes: &mut [u8],
         row_bytes: usize,
         counts: &mut Counts,
     ) {
-        match bounds {
-            Bounds::Ignored => {
-                self.meet_all::<false>(scene, grid, scale, bounds, tile, blocks, records, counts)
-            }
-            _ => self.meet_all::<true>(scene, grid, scale, bounds, tile, blocks, records, counts),
+        match contest.bounds {
+            Bounds::Ignored => self.meet_all::<false>(contest, counts),
+            _ => self.meet_all::<true>(contest, counts),
         }
+        let tile = &contest.tile;
         for row in tile.first..tile.last {
-            let in_row = blocks >> (row / BLOCK * BLOCKS) & 0xff;
+            let in_row = contest.blocks >> (row / BLOCK * BLOCKS) & 0xff;
             let line = &mut bytes[(row - tile.first) * row_bytes..][..row_bytes];
             for block in set_bits(in_row) {
                 let packet = &self.packets[row / BLOCK * BLOCKS + block][row % BLOCK];
@@ -215,29 +223,23 @@ impl Depths {
                     Err(_) => line.copy_from_slice(&rgb[..lanes * BYTES_PER_PIXEL]),
                 }
                 counts.packets += lanes as u64;
-                if bounds == Bounds::Ignored {
+                if contest.bounds == Bounds::Ignored {
                     continue;
                 }
                 let open = packet.open() & ((1 << lanes) - 1);
                 for lane in set_bits(u64::from(open)) {
-                    let (seen, rung) = self.decide(grid, tile, first + lane, row, bounds);
+                    let (seen, rung) = self.decide(contest, first + lane, row);
                     counts.packets -= 1;
                     counts.settled_by(rung);
-                    let colour = colour_of(scene, seen);
+                    let colour = colour_of(contest.scene, seen);
                     line[lane * BYTES_PER_PIXEL..][..BYTES_PER_PIXEL].copy_from_slice(&colour);
                 }
             }
         }
     }
 
-    fn decide(
-        &self,
-        grid: &Grid,
-        tile: &Tile,
-        column: usize,
-        row: usize,
-        bounds: Bounds,
-    ) -> (Seen, Rung) {
+    fn decide(&self, contest: &Contest<'_>, column: usize, row: usize) -> (Seen, Rung) {
+        let tile = &contest.tile;
         let at = (tile.column + column as u32, tile.row + row as u32);
         let (column, row) = (column as u8, row as u8);
         let holds = |&[left, right, top, bottom]: &[u8; 4]| {
@@ -248,39 +250,32 @@ impl Depths {
         for (boxes, candidates) in boxes.zip(self.candidates.chunks(4 * LANES)) {
             // Most boxes don't hold the pixel: many are asked at a time.
             if boxes.iter().fold(false, |any, sides| any | holds(sides)) {
-                let holding = boxes
-                    .iter()
-                    .zip(candidates)
-                    .filter(|(sides, _)| holds(sides));
+                let holding = boxes.iter().zip(candidates);
+                let holding = holding.filter(|(sides, _)| holds(sides));
                 near.extend(holding.map(|(_, candidate)| *candidate));
             }
         }
-        let trusted = bounds != Bounds::Refused;
-        decide(grid.camera(), at, near.iter().copied(), trusted)
+        let trusted = contest.bounds != Bounds::Refused;
+        decide(contest.grid.camera(), at, near.iter().copied(), trusted)
     }
 
     /// All candidates of the tile, the nearest first, each in the blocks where it
     /// isn't hidden.
-    #[expect(clippy::too_many_arguments, reason = "a tile has all of these")]
-    fn meet_all<const PROVEN: bool>(
-        &mut self,
-        scene: &Scene,
-        grid: &Grid,
-        scale: f64,
-        bounds: Bounds,
-        tile: &Tile,
-        blocks: u64,
-        records: &[Record],
-        counts: &mut Counts,
-    ) {
+    fn meet_all<const PROVEN: bool>(&mut self, contest: &Contest<'_>, counts: &mut Counts) {
+        let &Contest {
+            tile,
+            blocks,
+            records,
+            ..
+        } = contest;
         let half = tile.side / 2;
         let around = Around {
             column: i64::from(tile.column) + i64::from(half),
             row: i64::from(tile.row) + i64::from(half),
             half: f64::from(half),
-            scale,
+            scale: contest.scale,
         };
-        let empty = [Packet::empty(bits(scene.background)); BLOCK];
+        let empty = [Packet::empty(bits(contest.scene.background)); BLOCK];
         self.packets.resize(BLOCKS * BLOCKS, empty);
         for block in set_bits(blocks) {
             self.packets[block] = empty;
@@ -291,24 +286,23 @@ impl Depths {
         nearest_first(records, blocks, &mut order, &mut self.unordered);
 
         let mut floors = [f32::NEG_INFINITY; BLOCKS * BLOCKS];
-        let mut visits = [0_u32; BLOCKS * BLOCKS];
         let mut floor = f32::NEG_INFINITY;
+        let mut next_floors = FIRST_FLOORS;
         let mut equal: Option<[f32; 4]> = None;
         for eight in order.chunks(LANES) {
-            let record = |lane: usize| &records[eight[lane.min(eight.len() - 1)] as u32 as usize];
-            if f64::from(record(0).most) * scale < f64::from(floor) {
+            let place = |lane: usize| eight[lane.min(eight.len() - 1)] as u32 as usize;
+            let of: [&Record; LANES] = std::array::from_fn(|lane| &records[place(lane)]);
+            if f64::from(of[0].most) * around.scale < f64::from(floor) {
                 break;
             }
-            let lanes = Lanes::of((0..LANES).map(|lane| record(lane).sphere));
-            let most = std::array::from_fn(|lane| record(lane).most);
-            let covers = (0..eight.len()).any(|lane| record(lane).covers(tile.width, tile.height));
-            let local = if covers {
-                Local::new::<true>(grid, &around, &lanes, most, bounds)
+            let lanes = Lanes::of(of.into_iter().map(|record| record.sphere));
+            let most = of.map(|record| record.most);
+            let local = if (0..LANES).any(|lane| place(lane) >= contest.small) {
+                Local::new::<true>(contest.grid, &around, &lanes, most, contest.bounds)
             } else {
-                Local::new::<false>(grid, &around, &lanes, most, bounds)
+                Local::new::<false>(contest.grid, &around, &lanes, most, contest.bounds)
             };
-            for lane in 0..eight.len() {
-                let record = record(lane);
+            for (lane, record) in of.into_iter().enumerate().take(eight.len()) {
                 // Of equal spheres the first of the file is seen; they sort together.
                 if local.most[lane] < floor.max(0.0) || equal == Some(record.sphere) {
                     continue;
@@ -318,18 +312,16 @@ impl Depths {
                 let sides = [record.left, record.right, record.top, record.bottom];
                 self.candidates.push(record.candidate());
                 self.boxes.push(sides);
-                self.meet::<PROVEN>(
-                    &local,
-                    lane,
-                    record,
-                    half as f32,
-                    blocks,
-                    &mut floors,
-                    &mut visits,
-                    counts,
-                );
+                let most = local.most[lane];
+                let open = |block: usize| blocks >> block & 1 == 1 && most >= floors[block];
+                let terms = |q| Terms::new(&local, lane, bits(record.colour), q);
+                counts.tests += self.meet::<PROVEN>(terms, sides, half as f32, open);
             }
-            if bounds == Bounds::Proven && self.candidates.len() % 64 < LANES {
+            if PROVEN && self.candidates.len() >= next_floors {
+                next_floors += next_floors / 4;
+                for block in set_bits(blocks) {
+                    floors[block] = self.floor(block);
+                }
                 let least = set_bits(blocks).map(|block| floors[block]);
                 floor = floor.max(least.fold(f32::INFINITY, f32::min));
             }
@@ -337,43 +329,35 @@ impl Depths {
         self.order = order;
     }
 
-    #[expect(clippy::too_many_arguments, reason = "a tile has all of these")]
+    /// Meets a sphere in its box, in some blocks; returns how many packets that were.
     #[inline]
     fn meet<const PROVEN: bool>(
         &mut self,
-        local: &Local,
-        lane: usize,
-        record: &Record,
+        terms: impl Fn(f32) -> Terms,
+        sides: [u8; 4],
         half: f32,
-        blocks: u64,
-        floors: &mut [f32; BLOCKS * BLOCKS],
-        visits: &mut [u32; BLOCKS * BLOCKS],
-        counts: &mut Counts,
-    ) {
-        let colour = bits(record.colour);
-        let [left, right, top, bottom] =
-            [record.left, record.right, record.top, record.bottom].map(usize::from);
+        blocks: impl Fn(usize) -> bool,
+    ) -> u64 {
+        let [left, right, top, bottom] = sides.map(usize::from);
+        let mut met = 0;
         for down in top / BLOCK..bottom / BLOCK + 1 {
-            let terms = Terms::new(local, lane, colour, (down * BLOCK) as f32 - half);
+            let terms = terms((down * BLOCK) as f32 - half);
             let first = top.saturating_sub(down * BLOCK);
             let last = BLOCK.min(bottom + 1 - down * BLOCK);
             for across in left / BLOCK..right / BLOCK + 1 {
                 let block = down * BLOCKS + across;
-                if blocks >> block & 1 == 0 || local.most[lane] < floors[block] {
+                if !blocks(block) {
                     continue;
                 }
                 let p = f32x8::new(STEPS) + f32x8::splat((across * BLOCK) as f32 - half);
-                let rows = self.packets[block].iter_mut().enumerate();
-                for (row, packet) in rows.take(last).skip(first) {
-                    packet.meet::<PROVEN>(&terms, row, p);
+                let packets = &mut self.packets[block];
+                for row in first..last {
+                    packets[row].meet::<PROVEN>(&terms, row, p);
                 }
-                counts.tests += (last - first) as u64;
-                visits[block] += 1;
-                if PROVEN && visits[block] >= 4 && visits[block].is_power_of_two() {
-                    floors[block] = self.floor(block);
-                }
+                met += (last - first) as u64;
             }
         }
+        met
     }
 
     /// The least depth of any leader of a block.
@@ -393,6 +377,10 @@ fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
     })
 }
 
+/// After so many candidates, and again after each quarter more, it is asked what
+/// those before them hide.
+const FIRST_FLOORS: usize = 32;
+
 const STEPS: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
 pub(super) fn colour_of(scene: &Scene, seen: Seen) -> Rgb {
@@ -405,37 +393,46 @@ pub(super) fn colour_of(scene: &Scene, seen: Seen) -> Rgb {
 /// The places of `records` that touch `blocks`, in `order`'s low halves, the nearest
 /// first; what is equally near is ordered by file.
 fn nearest_first(records: &[Record], blocks: u64, order: &mut Vec<u64>, unordered: &mut Vec<u64>) {
-    const BUCKETS: usize = 256;
+    const BUCKETS: usize = 1024;
     unordered.clear();
-    let places = (0_u64..).zip(records);
-    let touching = places.filter(|(_, record)| blocks_of_box(record) & blocks != 0);
-    // Depths are not negative, so their bits are ordered as they are.
-    let key = |record: &Record| u64::from(!record.most.to_bits()) << 32;
-    unordered.extend(touching.map(|(at, record)| key(record) | at));
-    order.clone_from(unordered);
-    if order.is_sorted() {
+    let (mut low, mut high) = (u64::MAX, 0);
+    let mut sorted = true;
+    for (at, record) in (0_u64..).zip(records) {
+        if blocks == u64::MAX || blocks_of_box(record) & blocks != 0 {
+            // Depths are not negative, so their bits are ordered as they are.
+            let key = u64::from(!record.most.to_bits()) << 32 | at;
+            sorted &= key >= high;
+            (low, high) = (low.min(key), high.max(key));
+            unordered.push(key);
+        }
+    }
+    if sorted {
+        std::mem::swap(order, unordered);
         return;
     }
     // Into buckets of like depth, and each of them by itself.
-    let ends = |(low, high): (u64, u64), &key: &u64| (low.min(key), high.max(key));
-    let (low, high) = unordered.iter().fold((u64::MAX, 0), ends);
     let shift = (64 - (high - low).leading_zeros()).saturating_sub(BUCKETS.ilog2());
     let bucket = |key: u64| ((key - low) >> shift) as usize;
     let mut starts = [0_u32; BUCKETS + 1];
     for &key in &*unordered {
-        starts[bucket(key) + 1] += 1;
+        starts[bucket(key)] += 1;
     }
-    for at in 0..BUCKETS {
-        starts[at + 1] += starts[at];
+    let mut total = 0;
+    for start in &mut starts {
+        total += std::mem::replace(start, total);
     }
-    let mut next = starts;
+    order.resize(unordered.len(), 0);
     for &key in &*unordered {
-        let next = &mut next[bucket(key)];
-        order[*next as usize] = key;
-        *next += 1;
+        let start = &mut starts[bucket(key)];
+        order[*start as usize] = key;
+        *start += 1;
     }
-    for ends in starts.windows(2) {
-        order[ends[0] as usize..ends[1] as usize].sort_unstable();
+    let mut first = 0;
+    for last in starts {
+        if last > first + 1 {
+            order[first as usize..last as usize].sort_unstable();
+        }
+        first = last;
     }
 }
 
