@@ -56,7 +56,7 @@ const MOST_TILES: u64 = 4;
 const FEW_SPHERES: usize = 64;
 
 /// Spheres of a run, at least: enough to be worth a task, few enough to stay in a cache.
-const RUN: usize = 1 << 14;
+const RUN: usize = 1 << 17;
 
 /// The candidates of every tile.
 #[derive(Debug)]

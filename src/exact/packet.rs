@@ -44,15 +44,39 @@ pub(super) fn blocks_of(width: usize, height: usize) -> u64 {
     (0..height.div_ceil(BLOCK)).fold(0, |blocks, at| blocks | row << (at * BLOCKS))
 }
 
-/// What is known of eight pixels.
-#[derive(Clone, Copy, Debug)]
-struct Packet {
-    least: f32x8,
-    most: f32x8,
+/// Pixels of a row of the largest tile.
+const SIDE: usize = BLOCK * BLOCKS;
+
+/// What is known of the pixels of a row. A packet may begin anywhere in it, so
+/// there is room for one that begins at the last pixel.
+#[derive(Clone, Debug)]
+struct Row {
+    least: [f32; SIDE + LANES],
+    most: [f32; SIDE + LANES],
     /// The greatest `most` of all but the leader.
-    rival: f32x8,
+    rival: [f32; SIDE + LANES],
     /// The leader's colour, in the bits.
-    colour: f32x8,
+    colour: [f32; SIDE + LANES],
+}
+
+const EMPTY: Row = Row {
+    least: [f32::NEG_INFINITY; SIDE + LANES],
+    most: [f32::NEG_INFINITY; SIDE + LANES],
+    rival: [f32::NEG_INFINITY; SIDE + LANES],
+    colour: [0.0; SIDE + LANES],
+};
+
+/// The packet that begins at a pixel of a row.
+#[inline(always)]
+fn packet(of: &[f32; SIDE + LANES], first: usize) -> f32x8 {
+    let first = first % SIDE;
+    f32x8::new(std::array::from_fn(|lane| of[first + lane]))
+}
+
+#[inline(always)]
+fn packet_mut(of: &mut [f32; SIDE + LANES], first: usize) -> &mut [f32] {
+    let first = first % SIDE;
+    &mut of[first..first + LANES]
 }
 
 /// A sphere's terms in eight rows: those that differ from row to row, and those
@@ -72,7 +96,7 @@ struct Terms {
 impl Terms {
     /// Of rows `q`, `q + 1`, ... from the middle of the tile.
     #[inline(always)]
-    fn new(local: &Local, lane: usize, colour: f32, q: f32) -> Self {
+    fn new(local: &Local, colours: &[f32; LANES], lane: usize, q: f32) -> Self {
         let q = f32x8::splat(q) + f32x8::new(STEPS);
         let splat = |of: &[f32; LANES]| f32x8::splat(of[lane]);
         let quadratic = splat(&local.d02).mul_add(q, splat(&local.d01));
@@ -84,51 +108,61 @@ impl Terms {
             d_bound: splat(&local.d_bound),
             b1: splat(&local.b10),
             bound: splat(&local.bound),
-            colour: f32x8::splat(colour),
+            colour: splat(colours),
         }
     }
 }
 
-impl Packet {
-    fn empty(background: f32) -> Self {
-        let none = f32x8::splat(f32::NEG_INFINITY);
-        Self {
-            least: none,
-            most: none,
-            rival: none,
-            colour: f32x8::splat(background),
-        }
+impl Row {
+    /// Nothing is known of the pixels of a block.
+    fn clear(&mut self, first: usize, background: f32) {
+        packet_mut(&mut self.least, first).fill(f32::NEG_INFINITY);
+        packet_mut(&mut self.most, first).fill(f32::NEG_INFINITY);
+        packet_mut(&mut self.rival, first).fill(f32::NEG_INFINITY);
+        packet_mut(&mut self.colour, first).fill(background);
     }
 
-    /// Meets a sphere in the pixels `p` columns from the middle of the tile.
+    /// Meets a sphere in the packet at `first`, `p` columns from the middle of the tile.
     #[inline(always)]
-    fn meet<const PROVEN: bool>(&mut self, terms: &Terms, row: usize, p: f32x8) {
-        let splat = |of: &[f32; BLOCK]| f32x8::splat(of[row]);
+    fn meet<const PROVEN: bool>(&mut self, terms: &Terms, row: usize, first: usize, p: f32x8) {
+        let splat = |of: &[f32; BLOCK]| f32x8::splat(of[row % BLOCK]);
         let d = terms.d2.mul_add(p, splat(&terms.d1));
         let d = d.mul_add(p, splat(&terms.d0));
         let b = terms.b1.mul_add(p, splat(&terms.b0));
+        let leader = packet(&self.least, first);
+        let colour = packet(&self.colour, first);
         if PROVEN {
             let most = (b + terms.bound) + (d + terms.d_bound).sqrt();
             let least = (b - terms.bound) + (d - terms.d_bound).sqrt();
-            let leads = least.simd_gt(self.least);
-            let loser = leads.select(self.most, most);
-            self.rival = loser.simd_gt(self.rival).select(loser, self.rival);
-            self.least = leads.select(least, self.least);
-            self.most = leads.select(most, self.most);
-            self.colour = leads.select(terms.colour, self.colour);
+            let leader_most = packet(&self.most, first);
+            let rival = packet(&self.rival, first);
+            let leads = least.simd_gt(leader);
+            let loser = leads.select(leader_most, most);
+            let rival = loser.simd_gt(rival).select(loser, rival);
+            let leader = leads.select(least, leader);
+            let leader_most = leads.select(most, leader_most);
+            let colour = leads.select(terms.colour, colour);
+            packet_mut(&mut self.rival, first).copy_from_slice(rival.as_array());
+            packet_mut(&mut self.least, first).copy_from_slice(leader.as_array());
+            packet_mut(&mut self.most, first).copy_from_slice(leader_most.as_array());
+            packet_mut(&mut self.colour, first).copy_from_slice(colour.as_array());
         } else {
             let depth = b + d.sqrt();
-            let leads = depth.simd_gt(self.least);
-            self.least = leads.select(depth, self.least);
-            self.colour = leads.select(terms.colour, self.colour);
+            let leads = depth.simd_gt(leader);
+            let leader = leads.select(depth, leader);
+            let colour = leads.select(terms.colour, colour);
+            packet_mut(&mut self.least, first).copy_from_slice(leader.as_array());
+            packet_mut(&mut self.colour, first).copy_from_slice(colour.as_array());
         }
     }
 
-    /// The lanes that no interval settles.
+    /// The lanes of a packet that no interval settles.
     #[inline]
-    fn open(&self) -> u32 {
-        let rivalled = self.rival.simd_gt(f32x8::splat(f32::NEG_INFINITY));
-        !self.least.simd_gt(self.rival).to_bitmask() & rivalled.to_bitmask()
+    fn open(&self, first: usize) -> u32 {
+        let rival = packet(&self.rival, first);
+        let rivalled = rival.simd_gt(f32x8::splat(f32::NEG_INFINITY));
+        let least = packet(&self.least, first);
+        !least.simd_gt(rival).to_bitmask() & rivalled.to_bitmask()
     }
 }
 
@@ -183,8 +217,7 @@ pub(super) struct Contest<'a> {
 /// Room for the packets of one tile at a time.
 #[derive(Debug, Default)]
 pub(super) struct Depths {
-    /// Of each block, row by row.
-    packets: Vec<[Packet; BLOCK]>,
+    rows: Vec<Row>,
     /// What was met in the tile.
     candidates: Vec<(Seen, Sphere)>,
     /// First and last column and row of each candidate.
@@ -212,12 +245,12 @@ impl Depths {
             let in_row = contest.blocks >> (row / BLOCK * BLOCKS) & 0xff;
             let line = &mut bytes[(row - tile.first) * row_bytes..][..row_bytes];
             for block in set_bits(in_row) {
-                let packet = &self.packets[row / BLOCK * BLOCKS + block][row % BLOCK];
                 let first = block * BLOCK;
+                let packets = &self.rows[row];
                 let lanes = BLOCK.min(tile.width - first);
                 let at = (tile.column as usize + first) * BYTES_PER_PIXEL;
                 let line = &mut line[at..at + lanes * BYTES_PER_PIXEL];
-                let rgb = rgb(packet.colour);
+                let rgb = rgb(packet(&packets.colour, first));
                 match <&mut [u8; LANES * BYTES_PER_PIXEL]>::try_from(&mut *line) {
                     Ok(eight) => *eight = rgb,
                     Err(_) => line.copy_from_slice(&rgb[..lanes * BYTES_PER_PIXEL]),
@@ -226,7 +259,7 @@ impl Depths {
                 if contest.bounds == Bounds::Ignored {
                     continue;
                 }
-                let open = packet.open() & ((1 << lanes) - 1);
+                let open = packets.open(first) & ((1 << lanes) - 1);
                 for lane in set_bits(u64::from(open)) {
                     let (seen, rung) = self.decide(contest, first + lane, row);
                     counts.packets -= 1;
@@ -275,10 +308,13 @@ impl Depths {
             half: f64::from(half),
             scale: contest.scale,
         };
-        let empty = [Packet::empty(bits(contest.scene.background)); BLOCK];
-        self.packets.resize(BLOCKS * BLOCKS, empty);
+        self.rows.resize(SIDE, EMPTY);
+        let background = bits(contest.scene.background);
         for block in set_bits(blocks) {
-            self.packets[block] = empty;
+            let (first, rows) = columns_and_rows(block);
+            for row in &mut self.rows[rows] {
+                row.clear(first, background);
+            }
         }
         self.candidates.clear();
         self.boxes.clear();
@@ -287,6 +323,7 @@ impl Depths {
 
         let mut floors = [f32::NEG_INFINITY; BLOCKS * BLOCKS];
         let mut floor = f32::NEG_INFINITY;
+        let mut floors_known = false;
         let mut next_floors = FIRST_FLOORS;
         let mut equal: Option<[f32; 4]> = None;
         for eight in order.chunks(LANES) {
@@ -297,6 +334,7 @@ impl Depths {
             }
             let lanes = Lanes::of(of.into_iter().map(|record| record.sphere));
             let most = of.map(|record| record.most);
+            let colours = of.map(|record| bits(record.colour));
             let local = if (0..LANES).any(|lane| place(lane) >= contest.small) {
                 Local::new::<true>(contest.grid, &around, &lanes, most, contest.bounds)
             } else {
@@ -312,13 +350,19 @@ impl Depths {
                 let sides = [record.left, record.right, record.top, record.bottom];
                 self.candidates.push(record.candidate());
                 self.boxes.push(sides);
-                let most = local.most[lane];
-                let open = |block: usize| blocks >> block & 1 == 1 && most >= floors[block];
-                let terms = |q| Terms::new(&local, lane, bits(record.colour), q);
+                let mut open = blocks & blocks_of_box(record);
+                if floors_known {
+                    let seen = |&block: &usize| local.most[lane] >= floors[block];
+                    open = set_bits(open)
+                        .filter(seen)
+                        .fold(0, |open, block| open | 1 << block);
+                }
+                let terms = |q| Terms::new(&local, &colours, lane, q);
                 counts.tests += self.meet::<PROVEN>(terms, sides, half as f32, open);
             }
             if PROVEN && self.candidates.len() >= next_floors {
                 next_floors += next_floors / 4;
+                floors_known = true;
                 for block in set_bits(blocks) {
                     floors[block] = self.floor(block);
                 }
@@ -329,32 +373,34 @@ impl Depths {
         self.order = order;
     }
 
-    /// Meets a sphere in its box, in some blocks; returns how many packets that were.
+    /// Meets a sphere in its box, in some blocks and perhaps beside them; returns in
+    /// how many packets.
     #[inline]
     fn meet<const PROVEN: bool>(
         &mut self,
         terms: impl Fn(f32) -> Terms,
-        sides: [u8; 4],
+        [left, right, top, bottom]: [u8; 4],
         half: f32,
-        blocks: impl Fn(usize) -> bool,
+        blocks: u64,
     ) -> u64 {
-        let [left, right, top, bottom] = sides.map(usize::from);
+        let [left, right, top, bottom] = [left, right, top, bottom].map(usize::from);
         let mut met = 0;
         for down in top / BLOCK..bottom / BLOCK + 1 {
-            let terms = terms((down * BLOCK) as f32 - half);
-            let first = top.saturating_sub(down * BLOCK);
-            let last = BLOCK.min(bottom + 1 - down * BLOCK);
-            for across in left / BLOCK..right / BLOCK + 1 {
-                let block = down * BLOCKS + across;
-                if !blocks(block) {
-                    continue;
+            let in_row = blocks >> (down * BLOCKS) & 0xff;
+            if in_row == 0 {
+                continue;
+            }
+            let left = left.max(in_row.trailing_zeros() as usize * BLOCK);
+            let right = right.min((63 - in_row.leading_zeros() as usize) * BLOCK + BLOCK - 1);
+            let origin = down * BLOCK;
+            let terms = terms(origin as f32 - half);
+            let rows = top.max(origin)..(bottom + 1).min(origin + BLOCK);
+            for first in (left..right + 1).step_by(LANES) {
+                let p = f32x8::new(STEPS) + f32x8::splat(first as f32 - half);
+                for (row, packets) in rows.clone().zip(&mut self.rows[rows.clone()]) {
+                    packets.meet::<PROVEN>(&terms, row, first, p);
                 }
-                let p = f32x8::new(STEPS) + f32x8::splat((across * BLOCK) as f32 - half);
-                let packets = &mut self.packets[block];
-                for row in first..last {
-                    packets[row].meet::<PROVEN>(&terms, row, p);
-                }
-                met += (last - first) as u64;
+                met += rows.len() as u64;
             }
         }
         met
@@ -362,10 +408,17 @@ impl Depths {
 
     /// The least depth of any leader of a block.
     fn floor(&self, block: usize) -> f32 {
-        let least = self.packets[block].iter().map(|packet| packet.least);
+        let (first, rows) = columns_and_rows(block);
+        let least = self.rows[rows].iter().map(|row| packet(&row.least, first));
         let least = least.fold(f32x8::splat(f32::INFINITY), f32x8::fast_min);
         least.to_array().into_iter().fold(f32::INFINITY, f32::min)
     }
+}
+
+/// The first column of a block, and its rows.
+fn columns_and_rows(block: usize) -> (usize, std::ops::Range<usize>) {
+    let row = block / BLOCKS * BLOCK;
+    (block % BLOCKS * BLOCK, row..row + BLOCK)
 }
 
 /// The places of the bits that are set.
@@ -393,7 +446,7 @@ pub(super) fn colour_of(scene: &Scene, seen: Seen) -> Rgb {
 /// The places of `records` that touch `blocks`, in `order`'s low halves, the nearest
 /// first; what is equally near is ordered by file.
 fn nearest_first(records: &[Record], blocks: u64, order: &mut Vec<u64>, unordered: &mut Vec<u64>) {
-    const BUCKETS: usize = 1024;
+    const BUCKETS: usize = 256;
     unordered.clear();
     let (mut low, mut high) = (u64::MAX, 0);
     let mut sorted = true;
