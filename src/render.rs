@@ -135,7 +135,7 @@ impl<'scene> Renderer<'scene> {
                 Painter::Textbook(Form::Packets) => self.fill_packets(row, bytes, textbook::packet),
                 Painter::Geometric(Form::Scalar) => self.fill_rays(row, bytes, geometric::scalar),
                 Painter::Geometric(Form::Packets) => {
-                    self.fill_packets(row, bytes, geometric::packet)
+                    self.fill_packets(row, bytes, geometric::packet);
                 }
                 Painter::Double(form) => self.fill_doubles(row, bytes, *form),
                 Painter::Exact(_) => unreachable!("drawn by the band"),
