@@ -170,33 +170,32 @@ pub(super) struct Excerpt {
 }
 
 impl Excerpt {
-    /// Bytes of a line that are shown before a place, and from it on.
-    pub(super) const REACH: usize = 60;
+    /// Bytes of a line that are shown: with the margin they fit in a terminal.
+    pub(super) const REACH: usize = 72;
 
     /// The line around a place: `before` and `after` are the bytes of the line
     /// on either side, at least one more than [`REACH`](Self::REACH) of them if
-    /// the line is that long.
+    /// there are so many.
     pub(super) fn new(before: &[u8], after: &[u8]) -> Self {
+        /// Bytes after the place that are shown rather than those before it.
+        const AHEAD: usize = Excerpt::REACH / 3;
         const ELLIPSIS: &str = "...";
-        let mut text = String::new();
-        let shown = match before.len().checked_sub(Self::REACH) {
-            None | Some(0) => before,
-            Some(hidden) => {
-                text.push_str(ELLIPSIS);
-                &before[hidden..]
-            }
-        };
-        text.push_str(&printable(shown));
-        let caret = text.chars().count();
-        let kept = text.len();
         let after = after.strip_suffix(b"\r").unwrap_or(after);
-        if after.len() > Self::REACH {
-            text.push_str(&printable(without_broken_end(&after[..Self::REACH])));
+        let shown_before = before.len().min(Self::REACH - after.len().min(AHEAD));
+        let shown_after = after.len().min(Self::REACH - shown_before);
+
+        let mut text = String::new();
+        if shown_before < before.len() {
+            text.push_str(ELLIPSIS);
+        }
+        text.push_str(&printable(&before[before.len() - shown_before..]));
+        let caret = text.chars().count();
+        if shown_after < after.len() {
+            text.push_str(&printable(without_broken_end(&after[..shown_after])));
             text.push_str(ELLIPSIS);
         } else {
-            text.push_str(&printable(after));
+            text.push_str(&printable(after.trim_ascii_end()));
         }
-        text.truncate(text.trim_end().len().max(kept));
         Self { text, caret }
     }
 }

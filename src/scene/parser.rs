@@ -57,6 +57,9 @@ const FIRST_COLOUR: usize = 5;
 const VP_HELP: &str = "VP takes 3 numbers: VP width height distance";
 const BG_HELP: &str = "BG takes 3 integers: BG red green blue";
 const COUNT_HELP: &str = "OBJ_N takes one integer, the number of spheres that follow";
+const HEADER_HELP: &str =
+    "a scene begins: VP width height distance, BG red green blue, OBJ_N number-of-spheres";
+const SPHERE_HELP: &str = "a sphere is: S x y z radius red green blue";
 const COMMENT_HELP: &str = "a comment begins with #";
 
 /// What is wrong, and where in the text at hand.
@@ -287,10 +290,16 @@ impl Parser {
 
     fn integer(&self, item: Item, word: &[u8]) -> Result<i64, Fault> {
         number::parse_integer(word).ok_or_else(|| {
-            let help = if number::parse(word).is_ok() {
-                Some("write it without a fraction or an exponent".to_owned())
-            } else {
-                self.help_with_number(word)
+            let text = String::from_utf8_lossy(word);
+            let help = match number::parse(word) {
+                Ok(0.0..=1.0) if matches!(item, Item::Colour(_)) => {
+                    Some("colours run from 0 to 255, without fractions".to_owned())
+                }
+                Ok(_) => Some("write it without a fraction or an exponent".to_owned()),
+                Err(_) if number::parse_integer(text.replace(',', "").as_bytes()).is_some() => {
+                    Some("write it without commas".to_owned())
+                }
+                Err(_) => self.help_with_number(word),
             };
             self.expected(Kind::Integer, item, word, help)
         })
@@ -439,15 +448,24 @@ impl Parser {
         } else if number::parse(word).is_ok() {
             match keyword {
                 "BG" => Some(VP_HELP.to_owned()),
-                "OBJ_N" => Some(BG_HELP.to_owned()),
+                "OBJ_N" => Some(format!("{BG_HELP}; then comes OBJ_N number-of-spheres")),
                 "S" if self.sphere_number() == 1 => Some(COUNT_HELP.to_owned()),
                 "S" => Some(self.sphere_has_all()),
-                _ => Some("a scene begins with VP width height distance".to_owned()),
+                _ => Some(HEADER_HELP.to_owned()),
             }
         } else if is_keyword(word) {
             Some("VP, BG and OBJ_N stand once each, in this order, then the spheres".to_owned())
         } else {
-            help_with_bytes(word)
+            help_with_bytes(word).or_else(|| {
+                Some(
+                    if self.in_spheres {
+                        SPHERE_HELP
+                    } else {
+                        HEADER_HELP
+                    }
+                    .to_owned(),
+                )
+            })
         };
         self.expected(Kind::Keyword, Item::Keyword(keyword), word, help)
     }
@@ -484,6 +502,8 @@ impl Parser {
             } else {
                 self.sphere_has_all()
             }
+        } else if is_keyword(word) {
+            "a file holds one scene".to_owned()
         } else {
             help_with_bytes(word).unwrap_or_else(|| "remove it, or put # before it".to_owned())
         };
@@ -493,10 +513,13 @@ impl Parser {
     /// What belongs together where a word is missing.
     fn help_with_order(&self) -> Option<String> {
         if self.in_spheres {
+            let found = match self.word - 1 {
+                0 => "none".to_owned(),
+                found => format!("only {found}"),
+            };
             return Some(format!(
-                "sphere {} has only {} of its 7 numbers: S x y z radius red green blue",
-                self.sphere_number(),
-                self.word - 1
+                "sphere {} has {found} of its 7 numbers: S x y z radius red green blue",
+                self.sphere_number()
             ));
         }
         Some(
@@ -523,6 +546,10 @@ impl Parser {
         let unsigned = lower.trim_start_matches(['+', '-']);
         let help = if is_foreign_comment(word) {
             COMMENT_HELP
+        } else if matches!(text, "+" | "-") {
+            "write the sign and its number in one word"
+        } else if text.starts_with(['+', '-']) && mends(&text[1..]) {
+            "a number has one sign"
         } else if unsigned.starts_with("nan") || unsigned.starts_with("inf") {
             "numbers must be finite"
         } else if unsigned.starts_with("0x") {
@@ -552,6 +579,8 @@ impl Parser {
             "write fractions in decimal"
         } else if mends(text.trim_matches(['"', '\''])) {
             "write numbers without quotes"
+        } else if mends(text.trim_matches(|c| "()[]{}<>".contains(c))) {
+            "write numbers without brackets"
         } else if mends(text.trim_end_matches(['f', 'F', '%'])) {
             "write numbers without a suffix"
         } else if text.ends_with(['e', 'E', '+', '-']) && mends(&format!("{text}0")) {
@@ -579,10 +608,8 @@ fn is_keyword(word: &[u8]) -> bool {
 }
 
 fn is_foreign_comment(word: &[u8]) -> bool {
-    [&b"//"[..], b"/*", b";", b"--", b"%", b"!"]
-        .iter()
-        .any(|begin| word.starts_with(begin))
-        && number::parse(word).is_err()
+    let begins = [&b"//"[..], b"/*", b";", b"%", b"!"];
+    word == b"--" || begins.iter().any(|begin| word.starts_with(begin))
 }
 
 /// What to do about bytes that no scene has outside comments.
