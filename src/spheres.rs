@@ -224,6 +224,7 @@ impl Slots<'_> {
         (first, others)
     }
 
+    #[inline(always)]
     pub(crate) fn set(&mut self, index: usize, sphere: Sphere) {
         let [x, y, z] = sphere.centre;
         self.x[index] = x;

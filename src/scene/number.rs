@@ -9,6 +9,8 @@
 //! side. Those, and everything else that is not ordinary, go to the standard
 //! library, which is correctly rounded.
 
+use wide::i8x32;
+
 /// What stands between words.
 #[inline(always)]
 pub(super) const fn is_blank(byte: u8) -> bool {
@@ -75,83 +77,14 @@ pub(super) fn parse_integer(word: &[u8]) -> Option<i64> {
 }
 
 /// The number at `at` and where its word ends; nothing if it is refused.
-#[inline(always)]
 pub(super) fn take(text: &[u8], at: usize) -> Option<(f32, usize)> {
-    take_ordinary(text, at).or_else(|| take_any(text, at))
-}
-
-/// The integer in `0..=255` at `at` and where its word ends; nothing if it is
-/// refused.
-#[inline(always)]
-pub(super) fn take_byte(text: &[u8], at: usize) -> Option<(u8, usize)> {
-    take_ordinary_byte(text, at).or_else(|| take_any_byte(text, at))
-}
-
-/// One to seven digits, a point, up to 15 more: what all but every number of a
-/// scene looks like, eight bytes at a time.
-#[inline(always)]
-fn take_ordinary(text: &[u8], at: usize) -> Option<(f32, usize)> {
-    let negative = *text.get(at)? == b'-';
-    let at = at + usize::from(negative);
-    let bytes = eight(text, at)?;
-    let count = count_digits(bytes);
-    if count == 0 || count == 8 {
-        return None;
-    }
-    let mut mantissa = digits_value(bytes, count);
-    let mut at = at + count;
-    let mut fraction = 0;
-    if *text.get(at)? == b'.' {
-        at += 1;
-        let bytes = eight(text, at)?;
-        let count = count_digits(bytes);
-        if count != 0 {
-            mantissa = mantissa * INTEGER_POWERS[count] + digits_value(bytes, count);
-            at += count;
-            fraction = count;
-            if count == 8 {
-                let bytes = eight(text, at)?;
-                let count = count_digits(bytes);
-                if count == 8 {
-                    return None;
-                }
-                if count != 0 {
-                    mantissa = mantissa
-                        .checked_mul(INTEGER_POWERS[count])?
-                        .checked_add(digits_value(bytes, count))?;
-                    at += count;
-                    fraction += count;
-                }
-            }
-        }
-    }
-    if !ends_word(*text.get(at)?) || mantissa > MAX_MANTISSA {
-        return None;
-    }
-    let magnitude = round_once(mantissa as f64 / POWERS[fraction])?;
-    Some((with_sign(magnitude, negative), at))
-}
-
-#[inline(never)]
-fn take_any(text: &[u8], at: usize) -> Option<(f32, usize)> {
     let word = short_word(text, at)?;
     Some((parse(word).ok()?, at + word.len()))
 }
 
-#[inline(always)]
-fn take_ordinary_byte(text: &[u8], at: usize) -> Option<(u8, usize)> {
-    let bytes = eight(text, at)?;
-    let count = count_digits(bytes);
-    if !(1..=3).contains(&count) {
-        return None;
-    }
-    let value = u8::try_from(digits_value(bytes, count)).ok()?;
-    let at = at + count;
-    ends_word(*text.get(at)?).then_some((value, at))
-}
-
-#[inline(never)]
-fn take_any_byte(text: &[u8], at: usize) -> Option<(u8, usize)> {
+/// The integer in `0..=255` at `at` and where its word ends; nothing if it is
+/// refused.
+pub(super) fn take_byte(text: &[u8], at: usize) -> Option<(u8, usize)> {
     let word = short_word(text, at)?;
     let value = parse_integer(word)?;
     Some((u8::try_from(value).ok()?, at + word.len()))
@@ -160,6 +93,106 @@ fn take_any_byte(text: &[u8], at: usize) -> Option<(u8, usize)> {
 fn short_word(text: &[u8], at: usize) -> Option<&[u8]> {
     let word = &text[at..word_end(text, at)];
     (word.len() <= MAX_WORD).then_some(word)
+}
+
+/// Bytes in which the words are found at once.
+pub(super) const SPAN: usize = 64;
+
+/// A piece of text, the kinds of its bytes as one bit each, the first lowest.
+///
+/// With the ends of all words known beforehand no word waits for the one before it.
+pub(super) struct Span<'a> {
+    /// Eight more, so that eight can be loaded anywhere.
+    bytes: &'a [u8; SPAN + 8],
+    pub(super) blanks: u64,
+    points: u64,
+    /// All that are not digits.
+    others: u64,
+}
+
+impl<'a> Span<'a> {
+    #[inline(always)]
+    pub(super) fn new(text: &'a [u8]) -> Option<Self> {
+        let bytes: &[u8; SPAN + 8] = text.first_chunk()?;
+        let (halves, _) = bytes.as_chunks::<32>();
+        let mut span = Self {
+            bytes,
+            blanks: 0,
+            points: 0,
+            others: 0,
+        };
+        for (half, bytes) in halves.iter().enumerate() {
+            let bytes = i8x32::new(bytes.map(u8::cast_signed));
+            let set = |lanes: i8x32| u64::from(lanes.to_bitmask()) << (32 * half);
+            // Moved so that the bytes wanted are at an end of the range of `i8`.
+            let from_tab = bytes + i8x32::splat(i8::MIN.wrapping_sub(b'\t' as i8));
+            let from_zero = bytes + i8x32::splat(i8::MIN.wrapping_sub(b'0' as i8));
+            span.blanks |= set(from_tab.simd_lt(i8x32::splat(i8::MIN + 5)));
+            span.blanks |= set(bytes.simd_eq(i8x32::splat(b' ' as i8)));
+            span.points |= set(bytes.simd_eq(i8x32::splat(b'.' as i8)));
+            span.others |= set(from_zero.simd_gt(i8x32::splat(i8::MIN + 9)));
+        }
+        Some(span)
+    }
+
+    /// The byte at a place below [`SPAN`].
+    #[inline(always)]
+    pub(super) fn byte(&self, at: usize) -> u8 {
+        self.bytes[at % SPAN]
+    }
+
+    /// Eight bytes, the first in the lowest place.
+    #[inline(always)]
+    fn eight(&self, at: usize) -> u64 {
+        let bytes = self.bytes[at % SPAN..].first_chunk();
+        bytes.map_or(0, |bytes| u64::from_le_bytes(*bytes))
+    }
+
+    /// The number that the bytes from `start` to `end` are, `start < end < SPAN`,
+    /// if it is at most 8 digits, a point and at most 16 digits.
+    #[inline(always)]
+    pub(super) fn number(&self, start: usize, end: usize) -> Option<f32> {
+        let word = bit(end) - bit(start);
+        let negative = self.byte(start) == b'-';
+        let first = start + usize::from(negative);
+        let point = ((self.points | bit(end)) & (u64::MAX << start)).trailing_zeros() as usize;
+        let expected = (u64::from(negative) << start | bit(point)) & word;
+        let whole = point - first;
+        let fraction = (end - point).saturating_sub(1);
+        if self.others & word != expected || whole > 8 || fraction > 16 || whole + fraction == 0 {
+            return None;
+        }
+        let near = fraction.min(8);
+        let mut mantissa = digits_value(self.eight(first), whole) * INTEGER_POWERS[near]
+            + digits_value(self.eight(point + 1), near);
+        if fraction > 8 {
+            let far = fraction - 8;
+            mantissa = mantissa
+                .checked_mul(INTEGER_POWERS[far])?
+                .checked_add(digits_value(self.eight(point + 9), far))?;
+        }
+        if mantissa > MAX_MANTISSA {
+            return None;
+        }
+        let magnitude = round_once(mantissa as f64 / POWERS[fraction])?;
+        Some(with_sign(magnitude, negative))
+    }
+
+    /// The integer that the bytes from `start` to `end` are, `start < end < SPAN`,
+    /// if it is at most 255, in at most 8 digits.
+    #[inline(always)]
+    pub(super) fn integer(&self, start: usize, end: usize) -> Option<u8> {
+        let count = end - start;
+        if self.others & (bit(end) - bit(start)) != 0 || count > 8 {
+            return None;
+        }
+        u8::try_from(digits_value(self.eight(start), count)).ok()
+    }
+}
+
+#[inline(always)]
+fn bit(place: usize) -> u64 {
+    1 << (place % SPAN)
 }
 
 /// Where the word at `at` ends.
@@ -253,31 +286,15 @@ fn with_sign(magnitude: f32, negative: bool) -> f32 {
     f32::from_bits(magnitude.to_bits() | u32::from(negative) << 31)
 }
 
-#[inline(always)]
-fn eight(text: &[u8], at: usize) -> Option<u64> {
-    let bytes = text.get(at..)?.first_chunk()?;
-    Some(u64::from_le_bytes(*bytes))
-}
-
 const ZEROS: u64 = u64::from_ne_bytes([b'0'; 8]);
 
-/// How many of eight bytes of text are digits before the first that is not.
-#[inline(always)]
-fn count_digits(bytes: u64) -> usize {
-    /// Takes 10 and more to the highest bit of a byte, and 9 not.
-    const TO_TOP: u64 = u64::from_ne_bytes([0x80 - 10; 8]);
-    const TOP: u64 = u64::from_ne_bytes([0x80; 8]);
-    let values = bytes ^ ZEROS;
-    // A carry reaches only the bytes after one that is no digit.
-    let others = (values.wrapping_add(TO_TOP) | values) & TOP;
-    others.trailing_zeros() as usize / 8
-}
-
-/// What the first `count` of eight bytes mean, all of them digits, 1 to 8.
+/// What the first `count` of eight bytes mean, all of them digits, 0 to 8.
 #[inline(always)]
 fn digits_value(bytes: u64, count: usize) -> u64 {
-    // Zeros move in before the digits; then pairs, fours, all eight together.
-    let digits = (bytes ^ ZEROS) << (8 * (8 - count));
+    // Zeros move in before the digits, by two shifts since one of 64 bits is
+    // none; then pairs, fours, all eight together.
+    let half = 4 * (8 - count);
+    let digits = (bytes ^ ZEROS) << half << half;
     let pairs = (digits.wrapping_mul(10 * 0x100 + 1) >> 8) & 0x00ff_00ff_00ff_00ff;
     let fours = (pairs.wrapping_mul(100 * 0x1_0000 + 1) >> 16) & 0x0000_ffff_0000_ffff;
     fours.wrapping_mul(10_000 * 0x1_0000_0000 + 1) >> 32
@@ -324,6 +341,23 @@ mod tests {
                 "{word}{after}"
             );
         }
+        // The quick way may pass, but must not be wrong.
+        for before in ["", " S 1"] {
+            if let (Some(number), _) = quickly(before, word) {
+                assert_eq!(Some(number.to_bits()), expected, "{word}");
+            }
+        }
+    }
+
+    /// What a span makes of a word, as a number and as an integer.
+    fn quickly(before: &str, word: &str) -> (Option<f32>, Option<u8>) {
+        let text = format!("{before}{word}{}", " 1.5".repeat(SPAN));
+        let span = Span::new(text.as_bytes()).expect("enough text");
+        let (start, end) = (before.len(), before.len() + word.len());
+        if word.is_empty() || end >= SPAN {
+            return (None, None);
+        }
+        (span.number(start, end), span.integer(start, end))
     }
 
     /// `SplitMix64`.
@@ -465,7 +499,7 @@ mod tests {
             assert_eq!(parse(word.as_bytes()), Err(Refusal::Malformed), "{word}");
             if !word.contains(' ') {
                 assert_eq!(take(word.as_bytes(), 0), None, "{word}");
-                assert_eq!(take(format!("{word} 12345678").as_bytes(), 0), None);
+                assert_eq!(quickly("", word), (None, None), "{word}");
             }
         }
     }
@@ -493,6 +527,9 @@ mod tests {
             for after in ["", " ", "\n12345678", "#12345678"] {
                 let taken = take_byte(format!("{word}{after}").as_bytes(), 0);
                 assert_eq!(taken, byte.map(|byte| (byte, word.len())), "{word}{after}");
+            }
+            if let (_, Some(found)) = quickly("S ", word) {
+                assert_eq!(Some(found), byte, "{word}");
             }
         }
     }
