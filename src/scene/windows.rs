@@ -36,8 +36,8 @@ pub(super) struct Sizes {
 impl Sizes {
     pub(super) const USUAL: Self = Self {
         first: 1 << 14,
-        window: 1 << 20,
-        chunk: 1 << 16,
+        window: 1 << 19,
+        chunk: 1 << 15,
         parallel: 1 << 18,
         fast: 1 << 8,
     };
