@@ -122,7 +122,7 @@ impl<'a> Span<'a> {
             others: 0,
         };
         for (half, bytes) in halves.iter().enumerate() {
-            let bytes = i8x32::new(bytes.map(u8::cast_signed));
+            let bytes: i8x32 = bytemuck::cast(*bytes);
             let set = |lanes: i8x32| u64::from(lanes.to_bitmask()) << (32 * half);
             // Moved so that the bytes wanted are at an end of the range of `i8`.
             let from_tab = bytes + i8x32::splat(i8::MIN.wrapping_sub(b'\t' as i8));

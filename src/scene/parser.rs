@@ -425,7 +425,7 @@ impl Parser {
         Some(fault(Kind::NotAScene, message, Some(help.to_owned())))
     }
 
-    pub(super) fn no_memory(&self) -> Fault {
+    fn no_memory(&self) -> Fault {
         Fault {
             place: FaultPlace::Nowhere,
             kind: Kind::Memory,

@@ -280,7 +280,7 @@ where
         }
         if let Some(make_filter) = self.make_filter.take() {
             self.filter = Some(make_filter(self.parser.viewport));
-            self.reserve().map_err(|_| self.parser.no_memory())?;
+            self.reserve();
         }
         if end - at >= self.sizes.fast
             && let Some(filter) = &self.filter
@@ -302,14 +302,16 @@ where
         }
     }
 
-    /// Reserves memory for the spheres, as many as the text can hold.
-    fn reserve(&mut self) -> Result<(), std::collections::TryReserveError> {
+    /// Reserves memory for as many spheres as the text can hold, if there is so
+    /// much: a text may be shorter than it seems.
+    fn reserve(&mut self) {
         let Some(size) = self.size else {
-            return Ok(());
+            return;
         };
         let most = size.div_ceil(SHORTEST_SPHERE).min(self.parser.left.into());
-        let most = usize::try_from(most).unwrap_or(usize::MAX);
-        self.parser.spheres.try_reserve_exact(most)
+        if let Ok(most) = usize::try_from(most) {
+            let _ = self.parser.spheres.try_reserve_exact(most);
+        }
     }
 
     /// Moves line, column and the last word to the end of a parsed window.
@@ -502,14 +504,18 @@ fn parse_chunk(
 #[inline(always)]
 fn take_sphere(text: &[u8], at: usize) -> Option<(Sphere, usize)> {
     let span = Span::new(text.get(at..)?);
-    match span.as_ref().and_then(take_ordinary_sphere) {
-        Some((sphere, length)) => Some((sphere, at + length)),
-        None => take_any_sphere(text, at),
+    let Some((sphere, length)) = span.as_ref().and_then(take_ordinary_sphere) else {
+        return take_any_sphere(text, at);
+    };
+    let mut next = at + length;
+    if text[next] == b'#' {
+        next = skip_blanks(text, next);
     }
+    Some((sphere, next))
 }
 
-/// The sphere that a span begins with, and where the word after it begins, if
-/// it looks as spheres do.
+/// The sphere that a span begins with, and where the word or comment after it
+/// begins, if it looks as spheres do.
 #[inline(always)]
 fn take_ordinary_sphere(span: &Span<'_>) -> Option<(Sphere, usize)> {
     let mut starts = !span.blanks & (span.blanks << 1);
@@ -528,7 +534,7 @@ fn take_ordinary_sphere(span: &Span<'_>) -> Option<(Sphere, usize)> {
     });
     // If the next word begins within the span, all words before it end in it.
     let next = starts.trailing_zeros() as usize;
-    if next >= SPAN || span.byte(next) == b'#' {
+    if next >= SPAN {
         return None;
     }
     let number = |word: usize| span.number(words[word].0, words[word].1);
