@@ -1,12 +1,9 @@
 //! Writes every family of scenes to a folder: `make families`; or one uniform
 //! cloud to a file: `cargo bench --bench families -- cloud COUNT FILE`.
 
-use std::{error::Error, fmt::Write, fs, path::PathBuf};
+use std::{error::Error, fs, path::PathBuf};
 
-use sfera::{
-    families::{FAMILIES, cloud},
-    scene::Scene,
-};
+use sfera::families::{FAMILIES, cloud};
 
 const SEEDS: u64 = 8;
 
@@ -21,7 +18,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if let [word, count, file] = arguments.as_slice()
         && word == "cloud"
     {
-        fs::write(file, text(&cloud(count.parse()?, CLOUD_SEED)))?;
+        fs::write(file, cloud(count.parse()?, CLOUD_SEED).to_string())?;
         return Ok(());
     }
     let folder = PathBuf::from(arguments.first().map_or("target/families", String::as_str));
@@ -32,28 +29,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         for &difficulty in family.difficulties {
             for seed in 0..SEEDS {
                 let path = folder.join(format!("{difficulty:e}-{seed}.txt"));
-                fs::write(path, text(&family.scene(difficulty, seed)))?;
+                fs::write(path, family.scene(difficulty, seed).to_string())?;
                 written += 1;
             }
         }
     }
     println!("{written} scenes: {}", folder.display());
     Ok(())
-}
-
-fn text(scene: &Scene) -> String {
-    let mut text = String::new();
-    let _ = writeln!(
-        text,
-        "VP {} {} {}",
-        scene.viewport.width, scene.viewport.height, scene.viewport.distance
-    );
-    let [r, g, b] = scene.background;
-    let _ = writeln!(text, "BG {r} {g} {b}\nOBJ_N {}", scene.spheres.len());
-    for sphere in scene.spheres.iter() {
-        let [x, y, z] = sphere.centre;
-        let [r, g, b] = sphere.colour;
-        let _ = writeln!(text, "S {x} {y} {z} {} {r} {g} {b}", sphere.radius);
-    }
-    text
 }

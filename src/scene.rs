@@ -1,7 +1,27 @@
 //! Scene text to [`Scene`].
+//!
+//! ```text
+//! VP 1.777 1 1            # viewport: width, height, distance
+//! BG 255 255 255          # background: red, green, blue
+//! OBJ_N 2                 # how many spheres follow
+//! S 0.2 1 4 0.2 200 0 0   # sphere: x, y, z, radius, red, green, blue
+//! S 0 0 3 0.2 127 0 0
+//! ```
+//!
+//! Words are separated by any white space, as C's `scanf` takes it: lines are
+//! only for readers. `#` begins a comment, which ends with the line. Numbers are
+//! decimal and mean the nearest `f32`; lengths are greater than zero, colours
+//! are integers from 0 to 255.
 
-use std::path::Path;
+mod error;
+mod number;
+mod parser;
+mod windows;
 
+use std::{fmt, fs::File, io, path::Path};
+
+pub use self::error::{SceneError, SceneErrorKind};
+use self::windows::Sizes;
 use crate::spheres::{Rgb, Sphere, Spheres};
 
 /// The viewport: `width` by `height`, centred on the z axis at `distance`.
@@ -16,6 +36,8 @@ pub struct Viewport {
 }
 
 /// A scene: one viewport, a background, spheres in file order.
+///
+/// Displayed, it is its own text: reading that gives the same scene again.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// What the camera looks through.
@@ -26,63 +48,77 @@ pub struct Scene {
     pub spheres: Spheres,
 }
 
-/// Why a scene was refused.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub struct SceneError(String);
-
 impl Scene {
     /// Reads a scene from its text.
     ///
+    /// Long texts are read on all threads of rayon's current pool.
+    ///
     /// # Errors
     ///
-    /// If the text is not a scene.
+    /// If the text is not a scene, or too large for memory.
     pub fn parse(text: &[u8]) -> Result<Self, SceneError> {
-        let text = std::str::from_utf8(text).map_err(|e| SceneError(e.to_string()))?;
-        let mut tokens = text
-            .lines()
-            .flat_map(|l| l.split('#').next().unwrap_or("").split_whitespace());
-        let mut word = || {
-            tokens
-                .next()
-                .ok_or_else(|| SceneError("end of file".into()))
-        };
-        fn number<T: std::str::FromStr>(word: &str) -> Result<T, SceneError> {
-            word.parse()
-                .map_err(|_| SceneError(format!("not a number: {word}")))
-        }
-        word()?;
-        let viewport = Viewport {
-            width: number(word()?)?,
-            height: number(word()?)?,
-            distance: number(word()?)?,
-        };
-        word()?;
-        let background = [number(word()?)?, number(word()?)?, number(word()?)?];
-        word()?;
-        let n: usize = number(word()?)?;
-        let mut spheres = Spheres::default();
-        for _ in 0..n {
-            word()?;
-            spheres.push(Sphere {
-                centre: [number(word()?)?, number(word()?)?, number(word()?)?],
-                radius: number(word()?)?,
-                colour: [number(word()?)?, number(word()?)?, number(word()?)?],
-            });
-        }
-        Ok(Self {
-            viewport,
-            background,
-            spheres,
-        })
+        let size = u64::try_from(text.len()).ok();
+        windows::read(&mut &*text, size, Sizes::USUAL, |_| |_: &Sphere| true)
     }
 
-    /// Reads a scene file.
+    /// Reads a scene file, which may be a pipe.
     ///
     /// # Errors
     ///
-    /// If the file can't be read or is not a scene.
+    /// If the file can't be read, is not a scene, or is too large for memory.
     pub fn read(path: &Path) -> Result<Self, SceneError> {
-        Self::parse(&std::fs::read(path).map_err(|e| SceneError(e.to_string()))?)
+        let mut file = open(path)?;
+        let size = file.metadata().ok().map(|metadata| metadata.len());
+        windows::read(&mut file, size, Sizes::USUAL, |_| |_: &Sphere| true)
+            .map_err(|error| error.in_file(path))
+    }
+
+    /// Reads a scene file without the spheres that a filter, made for the
+    /// viewport, does not keep. They take no memory, but are checked like the others.
+    ///
+    /// A sphere may be shown to the filter more than once, and in any order.
+    ///
+    /// # Errors
+    ///
+    /// If the file can't be read, is not a scene, or is too large for memory.
+    pub fn read_kept<K>(path: &Path, filter: impl FnOnce(Viewport) -> K) -> Result<Self, SceneError>
+    where
+        K: Fn(&Sphere) -> bool + Sync,
+    {
+        let mut file = open(path)?;
+        windows::read(&mut file, None, Sizes::USUAL, filter).map_err(|error| error.in_file(path))
+    }
+
+    /// Writes the text of the scene.
+    ///
+    /// # Errors
+    ///
+    /// If `output` can't be written to.
+    pub fn write_text(&self, output: &mut impl io::Write) -> io::Result<()> {
+        write!(output, "{self}")
+    }
+}
+
+fn open(path: &Path) -> Result<File, SceneError> {
+    File::open(path).map_err(|error| SceneError::unreadable(error).in_file(path))
+}
+
+impl fmt::Display for Scene {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Viewport {
+            width,
+            height,
+            distance,
+        } = self.viewport;
+        writeln!(f, "VP {width} {height} {distance}")?;
+        let [red, green, blue] = self.background;
+        writeln!(f, "BG {red} {green} {blue}")?;
+        writeln!(f, "OBJ_N {}", self.spheres.len())?;
+        for sphere in self.spheres.iter() {
+            let [x, y, z] = sphere.centre;
+            let [red, green, blue] = sphere.colour;
+            writeln!(f, "S {x} {y} {z} {} {red} {green} {blue}", sphere.radius)?;
+        }
+        Ok(())
     }
 }

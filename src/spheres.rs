@@ -1,5 +1,7 @@
 //! Spheres as a structure of arrays, in file order, padded to whole packets.
 
+use std::{collections::TryReserveError, ops::Range};
+
 use wide::f32x8;
 
 /// Lanes of a packet: 8 pixels of a row, or 8 spheres being set up.
@@ -70,6 +72,69 @@ impl Spheres {
         self.colour.push(sphere.colour);
     }
 
+    /// Reserves memory for exactly `additional` more spheres.
+    pub(crate) fn try_reserve_exact(&mut self, additional: usize) -> Result<(), TryReserveError> {
+        let packets = self.missing_packets(additional);
+        for component in self.components_mut() {
+            component.try_reserve_exact(packets)?;
+        }
+        self.colour.try_reserve_exact(additional)
+    }
+
+    /// Appends room for `additional` spheres, to be filled in any order.
+    pub(crate) fn try_grow(&mut self, additional: usize) -> Result<Slots<'_>, TryReserveError> {
+        let length = self.len();
+        let packets = self.missing_packets(additional);
+        for component in self.components_mut() {
+            component.try_reserve(packets)?;
+        }
+        self.colour.try_reserve(additional)?;
+        let [x, y, z] = PADDING.centre;
+        let padding = [x, y, z, PADDING.radius];
+        for (component, padding) in self.components_mut().into_iter().zip(padding) {
+            component.resize(component.len() + packets, f32x8::splat(padding));
+        }
+        self.colour.resize(length + additional, PADDING.colour);
+        let new = length..length + additional;
+        Ok(Slots {
+            x: &mut lanes_mut(&mut self.x)[new.clone()],
+            y: &mut lanes_mut(&mut self.y)[new.clone()],
+            z: &mut lanes_mut(&mut self.z)[new.clone()],
+            radius: &mut lanes_mut(&mut self.radius)[new.clone()],
+            colour: &mut self.colour[new],
+        })
+    }
+
+    /// Copies spheres `from` to `to` and on.
+    pub(crate) fn copy_within(&mut self, from: Range<usize>, to: usize) {
+        for component in self.components_mut() {
+            lanes_mut(component).copy_within(from.clone(), to);
+        }
+        self.colour.copy_within(from, to);
+    }
+
+    /// Drops all spheres from `length` on.
+    pub(crate) fn truncate(&mut self, length: usize) {
+        let length = length.min(self.len());
+        self.colour.truncate(length);
+        let [x, y, z] = PADDING.centre;
+        let padding = [x, y, z, PADDING.radius];
+        for (component, padding) in self.components_mut().into_iter().zip(padding) {
+            component.truncate(length.div_ceil(LANES));
+            lanes_mut(component)[length..].fill(padding);
+        }
+    }
+
+    fn components_mut(&mut self) -> [&mut Vec<f32x8>; 4] {
+        [&mut self.x, &mut self.y, &mut self.z, &mut self.radius]
+    }
+
+    /// Packets to be added so that `additional` spheres fit.
+    fn missing_packets(&self, additional: usize) -> usize {
+        let length = self.len().saturating_add(additional);
+        length.div_ceil(LANES) - self.x.len()
+    }
+
     /// Sphere `index` of the file.
     ///
     /// # Panics
@@ -117,6 +182,56 @@ impl Spheres {
     #[must_use]
     pub fn colour(&self) -> &[Rgb] {
         &self.colour
+    }
+}
+
+/// Room for spheres in a structure of arrays.
+#[derive(Debug)]
+pub(crate) struct Slots<'a> {
+    x: &'a mut [f32],
+    y: &'a mut [f32],
+    z: &'a mut [f32],
+    radius: &'a mut [f32],
+    colour: &'a mut [Rgb],
+}
+
+impl Slots<'_> {
+    pub(crate) fn len(&self) -> usize {
+        self.colour.len()
+    }
+
+    /// The first `count` slots, and the others.
+    pub(crate) fn split_at(self, count: usize) -> (Self, Self) {
+        let (x, more_x) = self.x.split_at_mut(count);
+        let (y, more_y) = self.y.split_at_mut(count);
+        let (z, more_z) = self.z.split_at_mut(count);
+        let (radius, more_radius) = self.radius.split_at_mut(count);
+        let (colour, more_colour) = self.colour.split_at_mut(count);
+        let first = Self {
+            x,
+            y,
+            z,
+            radius,
+            colour,
+        };
+        let others = Self {
+            x: more_x,
+            y: more_y,
+            z: more_z,
+            radius: more_radius,
+            colour: more_colour,
+        };
+        (first, others)
+    }
+
+    #[inline(always)]
+    pub(crate) fn set(&mut self, index: usize, sphere: Sphere) {
+        let [x, y, z] = sphere.centre;
+        self.x[index] = x;
+        self.y[index] = y;
+        self.z[index] = z;
+        self.radius[index] = sphere.radius;
+        self.colour[index] = sphere.colour;
     }
 }
 
