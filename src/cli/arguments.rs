@@ -1,6 +1,10 @@
 //! The command line.
 
-use std::{ops::Range, path::PathBuf, str::FromStr};
+use std::{
+    ops::Range,
+    path::{Path, PathBuf},
+    str::FromStr,
+};
 
 use clap::{CommandFactory, Parser, ValueEnum, error::ErrorKind};
 use sfera::{
@@ -8,7 +12,7 @@ use sfera::{
     render::{Form, Method},
 };
 
-use super::statistics;
+use super::{generate::Page, statistics};
 
 /// Renders a scene of flat-coloured spheres to a binary PPM, every pixel provably right.
 #[derive(Debug, Parser)]
@@ -16,6 +20,10 @@ use super::statistics;
 pub(crate) struct Arguments {
     #[command(flatten)]
     job: Option<Job>,
+
+    /// Print completions for a shell, or the manual page, and do nothing else
+    #[arg(long, value_enum, value_name = "PAGE", exclusive = true)]
+    pub(crate) generate: Option<Page>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -50,12 +58,24 @@ pub(crate) struct Job {
     #[arg(long, value_name = "A..B")]
     pub(crate) rows: Option<RowRange>,
 
+    /// Draw nothing: compare the rows (or all) of an image that is there with what the method draws
+    #[arg(long)]
+    verify: bool,
+
+    /// Draw with every method, print how fast and how wrong each is, and keep the exact image
+    #[arg(long, conflicts_with_all = ["method", "scalar", "rows", "verify", "diff", "stats", "quiet"])]
+    compare: bool,
+
+    /// Make a second image: red where the method's pixels are wrong, pale where they are right
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["rows", "verify"])]
+    pub(crate) diff: Option<PathBuf>,
+
     /// Tell on standard error how long each phase took, as text or as JSON
     #[arg(long, value_enum, value_name = "FORMAT", num_args = 0..=1, require_equals = true,
-          default_missing_value = "text")]
+          default_missing_value = "text", conflicts_with_all = ["quiet", "verify"])]
     pub(crate) stats: Option<statistics::Style>,
 
-    /// Show no progress bar
+    /// Say nothing but errors: no progress bar, no remarks
     #[arg(long)]
     pub(crate) quiet: bool,
 }
@@ -73,6 +93,14 @@ enum MethodName {
     Exact,
     /// The meaning of the picture in integers, slow: the judge of the others
     Reference,
+}
+
+/// What the program is asked to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Mode {
+    Render,
+    Verify,
+    Compare,
 }
 
 /// The words of `--rows A..B`.
@@ -135,6 +163,37 @@ impl Job {
                 "--scalar is one of two forms of the methods textbook, geometric and double; add --method, or leave it out",
             );
         }
+        let standard_output = Path::new("-");
+        if self.image == standard_output {
+            let wants_file = [
+                (self.rows.is_some(), "--rows draws in a file"),
+                (self.verify, "--verify reads a file"),
+                (
+                    self.compare,
+                    "--compare prints its table on standard output",
+                ),
+            ];
+            if let Some((_, why)) = wants_file.into_iter().find(|(wanted, _)| *wanted) {
+                refuse(
+                    ErrorKind::ArgumentConflict,
+                    format_args!("{why}: give the image a name, not -"),
+                );
+            }
+        }
+        if let Some(marks) = &self.diff {
+            if self.method == MethodName::Exact {
+                refuse(
+                    ErrorKind::ArgumentConflict,
+                    "--diff compares another method with exact: add --method",
+                );
+            }
+            if *marks == self.image {
+                refuse(
+                    ErrorKind::ArgumentConflict,
+                    "--diff needs a name of its own, not that of the image",
+                );
+            }
+        }
         if self.rows().end > self.height {
             refuse(
                 ErrorKind::ValueValidation,
@@ -146,6 +205,14 @@ impl Job {
                     self.height
                 ),
             );
+        }
+    }
+
+    pub(crate) fn mode(&self) -> Mode {
+        match (self.verify, self.compare) {
+            (true, _) => Mode::Verify,
+            (_, true) => Mode::Compare,
+            _ => Mode::Render,
         }
     }
 
@@ -194,9 +261,31 @@ The image appears under its name when it is complete; whatever fails, an image t
 
 const EXAMPLES: &str = "\
 Examples:
-  sfera scenes/example.txt example.ppm 1920 1080
-  sfera scene.txt - 640 480 | pnmtopng > scene.png
-  sfera scene.txt fast.ppm 1920 1080 --method geometric --stats
+  The picture, 1920 x 1080:
+    sfera scenes/example.txt example.ppm 1920 1080
+  As PNG, with netpbm:
+    sfera scene.txt - 640 480 | pnmtopng > scene.png
+  How long each phase takes; the same for scripts:
+    sfera scene.txt scene.ppm 1920 1080 --stats
+    sfera scene.txt scene.ppm 1920 1080 --stats=json 2> stats.json
+  Speed against accuracy on a scene of your own:
+    sfera scene.txt scene.ppm 1920 1080 --compare
+  Where the textbook formula in floats is wrong:
+    sfera scene.txt textbook.ppm 1920 1080 --method textbook --diff wrong.ppm
+  A large picture in two parts, in any order, on one machine or two; then checked:
+    sfera scene.txt large.ppm 32768 32768 --rows 0..16384
+    sfera scene.txt large.ppm 32768 32768 --rows 16384..32768
+    sfera scene.txt large.ppm 32768 32768 --verify
+  Completions and the manual page:
+    sfera --generate bash > ~/.local/share/bash-completion/completions/sfera
+    sfera --generate man | man -l -
 
-Exit codes: 0 the image is complete, 1 something failed (one line on standard error says what),
-2 the command line is wrong, 130 and 143 interrupted and terminated, 141 nobody reads standard output.";
+Exit codes:
+    0  the image is complete (with --verify: the rows are right)
+    1  something failed; one line on standard error says what, and what would mend it
+    2  the command line is wrong
+  130  interrupted (SIGINT); 143 terminated (SIGTERM); 129 hung up (SIGHUP)
+  141  nobody reads standard output any more
+
+Only with --rows is an image changed in place. Otherwise it appears under its name when it is complete,
+and until then the file that was there before stays as it was.";

@@ -1,25 +1,36 @@
 //! What the program does: one module a concern, `run` in the order it happens.
 
 mod arguments;
+mod compare;
+mod difference;
+mod generate;
 mod output;
 pub(crate) mod processor;
 mod progress;
 mod signals;
 mod statistics;
+mod verify;
 mod workers;
 
 use std::{
     fmt,
+    io::{self, Write},
     panic::{self, AssertUnwindSafe},
+    path::Path,
     process::ExitCode,
     sync::Once,
 };
 
 use clap::Parser;
-use sfera::{render::Renderer, scene::Scene};
+use sfera::{
+    render::{Counts, Renderer},
+    scene::Scene,
+};
 
 use self::{
-    arguments::{Arguments, Job},
+    arguments::{Arguments, Job, Mode},
+    compare::Comparison,
+    difference::Marker,
     output::{Destination, Output},
     progress::Progress,
     signals::Interrupts,
@@ -59,34 +70,42 @@ pub(crate) fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if let Some(page) = arguments.generate {
+        return generate::generate(page).map_err(|error| output::lost("-".as_ref(), error));
+    }
     let job = arguments.job();
     let interrupts = signals::prepare()?;
-    workers::pool(job.threads())?.install(|| render(job, interrupts))
+    workers::pool(job.threads())?.install(|| match job.mode() {
+        Mode::Render => render(job, &interrupts),
+        Mode::Verify => verify::verify(job, &renderer(job, &read_scene(job)?)),
+        Mode::Compare => compare(job, &interrupts),
+    })
 }
 
 /// The plain job: a scene to an image, or some of its rows.
-fn render(job: &Job, interrupts: Interrupts) -> Result<(), Failure> {
+fn render(job: &Job, interrupts: &Interrupts) -> Result<(), Failure> {
     let mut clock = Clock::start();
-    let destination = Destination::of(&job.image)?;
-    destination.refuse_to_replace(&job.scene)?;
-    let scene = Scene::read(&job.scene)?;
+    let destination = destination(job)?;
+    let scene = read_scene(job)?;
     clock.lap("read");
 
-    let size = job.size();
-    let rows = job.rows();
-    let renderer = Renderer::new(&scene, size, job.method(), job.form());
+    let (size, rows) = (job.size(), job.rows());
+    let renderer = renderer(job, &scene);
     let mut output = Output::open(&destination, size, job.rows.is_some(), interrupts)?;
     clock.lap("prepare");
 
     let progress = Progress::new(size, rows.len(), job.quiet);
-    let mut counts = sfera::render::Counts::default();
-    output.draw(rows.clone(), |rows, pixels| {
+    let mut counts = Counts::default();
+    output.draw(rows, |rows, pixels| {
         counts += renderer.draw(rows, pixels, &|drawn| progress.advance(drawn));
     })?;
     progress.finish();
     clock.lap("render");
 
-    output.publish()?;
+    if let Some(marks) = &job.diff {
+        draw_difference(job, marks, &scene, &renderer, interrupts)?;
+    }
+    output.publish(interrupts)?;
     clock.lap("publish");
     if let Some(style) = job.stats {
         Report {
@@ -98,6 +117,62 @@ fn render(job: &Job, interrupts: Interrupts) -> Result<(), Failure> {
         .print(style);
     }
     Ok(())
+}
+
+/// Where the image goes, once it is sure that nothing else is lost there.
+fn destination(job: &Job) -> Result<Destination, Failure> {
+    let destination = Destination::of(&job.image)?;
+    destination.refuse_to_replace(&job.scene)?;
+    Ok(destination)
+}
+
+/// The one place where a scene is read.
+fn read_scene(job: &Job) -> Result<Scene, Failure> {
+    Ok(Scene::read(&job.scene)?)
+}
+
+fn renderer<'scene>(job: &Job, scene: &'scene Scene) -> Renderer<'scene> {
+    Renderer::new(scene, job.size(), job.method(), job.form())
+}
+
+/// `--diff`: a second image, of the pixels that the method draws wrong.
+fn draw_difference(
+    job: &Job,
+    marks: &Path,
+    scene: &Scene,
+    renderer: &Renderer<'_>,
+    interrupts: &Interrupts,
+) -> Result<(), Failure> {
+    let destination = Destination::of(marks)?;
+    destination.refuse_to_replace(&job.scene)?;
+    let mut output = Output::open(&destination, job.size(), false, interrupts)?;
+    let mut marker = Marker::new(scene, job.size());
+    output.draw(job.rows(), |rows, pixels| {
+        renderer.draw(rows.clone(), pixels, &|_| ());
+        marker.mark(rows, pixels);
+    })?;
+    output.publish(interrupts)?;
+    if !job.quiet {
+        eprintln!(
+            "{} of {} pixels differ from exact",
+            marker.wrong,
+            job.size().pixels()
+        );
+    }
+    Ok(())
+}
+
+/// `--compare`: the exact image, and a table of what the others make of it.
+fn compare(job: &Job, interrupts: &Interrupts) -> Result<(), Failure> {
+    let destination = destination(job)?;
+    let scene = read_scene(job)?;
+    let mut output = Output::open(&destination, job.size(), false, interrupts)?;
+    let mut comparison = Comparison::new(&scene, job.size());
+    output.draw(job.rows(), |rows, pixels| comparison.draw(&rows, pixels))?;
+    output.publish(interrupts)?;
+    io::stdout()
+        .write_all(comparison.table().as_bytes())
+        .map_err(|error| output::lost("-".as_ref(), error))
 }
 
 /// A panic is a mistake of ours: one line that says so, and no backtrace.

@@ -78,7 +78,7 @@ fn is_stream(metadata: &Metadata) -> bool {
 /// The picture being drawn.
 #[derive(Debug)]
 pub(crate) enum Output {
-    Whole(MappedImage, Interrupts),
+    Whole(MappedImage),
     InPlace(SharedImage),
     Stream(File, PathBuf, ImageSize),
 }
@@ -88,7 +88,7 @@ impl Output {
         destination: &Destination,
         size: ImageSize,
         in_place: bool,
-        interrupts: Interrupts,
+        interrupts: &Interrupts,
     ) -> Result<Self, Failure> {
         let path = &destination.path;
         if let Some(stream) = &destination.stream {
@@ -109,7 +109,7 @@ impl Output {
             if let Some(temporary) = &temporary {
                 interrupts.remove(temporary)?;
             }
-            (Self::Whole(image, interrupts), temporary)
+            (Self::Whole(image), temporary)
         };
         ppm::exit_when_lost(
             format!(
@@ -127,17 +127,17 @@ impl Output {
         draw: impl FnMut(Range<u32>, &mut [u8]),
     ) -> Result<(), Failure> {
         match self {
-            Self::Whole(image, _) => Ok(image.draw(draw)?),
+            Self::Whole(image) => Ok(image.draw(draw)?),
             Self::InPlace(image) => Ok(image.draw(rows, draw)?),
             Self::Stream(stream, path, size) => {
-                ppm::write_image(stream, *size, draw).map_err(|error| lost_stream(path, error))
+                ppm::write_image(stream, *size, draw).map_err(|error| lost(path, error))
             }
         }
     }
 
     /// Gives the image its name; what was drawn in place or written is there already.
-    pub(crate) fn publish(self) -> Result<(), Failure> {
-        if let Self::Whole(image, interrupts) = self {
+    pub(crate) fn publish(self, interrupts: &Interrupts) -> Result<(), Failure> {
+        if let Self::Whole(image) = self {
             interrupts.hold();
             image.publish()?;
         }
@@ -145,7 +145,8 @@ impl Output {
     }
 }
 
-fn lost_stream(path: &Path, error: io::Error) -> Failure {
+/// A stream that takes no more.
+pub(crate) fn lost(path: &Path, error: io::Error) -> Failure {
     if error.kind() == io::ErrorKind::BrokenPipe {
         return Failure::NobodyReads;
     }

@@ -2,9 +2,9 @@
 
 use std::{
     fs, io,
-    path::Path,
+    path::{Path, PathBuf},
     sync::{
-        Arc,
+        Arc, Mutex, OnceLock,
         atomic::{AtomicBool, Ordering},
     },
     thread,
@@ -29,6 +29,8 @@ fn exit_code(signal: i32) -> i32 {
 pub(crate) struct Interrupts {
     at_once: Arc<AtomicBool>,
     honoured: Vec<i32>,
+    /// Files to remove first, once there are any.
+    temporaries: OnceLock<Arc<Mutex<Vec<PathBuf>>>>,
 }
 
 /// Makes interrupts exit codes and the other signals errors that can be told.
@@ -46,18 +48,33 @@ pub(crate) fn prepare() -> io::Result<Interrupts> {
     flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)))?;
     // Memory that can't be had: the standard library has told so by then.
     flag::register_conditional_shutdown(SIGABRT, 1, Arc::new(AtomicBool::new(true)))?;
-    Ok(Interrupts { at_once, honoured })
+    Ok(Interrupts {
+        at_once,
+        honoured,
+        temporaries: OnceLock::new(),
+    })
 }
 
 impl Interrupts {
     /// From now on an interrupt removes `temporary` before it ends the program.
     pub(crate) fn remove(&self, temporary: &Path) -> io::Result<()> {
+        let temporaries = self.temporaries.get_or_init(Arc::default);
+        if let Ok(mut temporaries) = temporaries.lock() {
+            temporaries.push(temporary.to_owned());
+        }
+        if !self.at_once.load(Ordering::SeqCst) {
+            return Ok(());
+        }
         let mut signals = Signals::new(&self.honoured)?;
         self.hold();
-        let temporary = temporary.to_owned();
+        let temporaries = Arc::clone(temporaries);
         thread::Builder::new().spawn(move || {
             if let Some(signal) = signals.forever().next() {
-                let _ = fs::remove_file(temporary);
+                if let Ok(temporaries) = temporaries.lock() {
+                    for temporary in temporaries.iter() {
+                        let _ = fs::remove_file(temporary);
+                    }
+                }
                 signal_hook::low_level::exit(exit_code(signal));
             }
         })?;
