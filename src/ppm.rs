@@ -715,11 +715,20 @@ fn offset(size: ImageSize, row: u32) -> u64 {
     header(size).len() as u64 + u64::from(row) * size.row_bytes() as u64
 }
 
-/// Splits `rows` evenly into groups of at most `bytes`, but at least one row.
+/// Rows that tiles of any size are whole in.
+const WHOLE_TILES: usize = 64;
+
+/// Splits `rows` evenly into groups of at most `bytes`, but at least one row;
+/// where there is room for it, between rows of tiles.
 fn groups(size: ImageSize, rows: Range<u32>, bytes: usize) -> impl Iterator<Item = Range<u32>> {
     let most = (bytes / size.row_bytes()).max(1);
     let count = rows.len().div_ceil(most).max(1);
-    let each = rows.len().div_ceil(count).max(1);
+    let mut each = rows.len().div_ceil(count).max(1);
+    if count > 1 && most >= WHOLE_TILES {
+        each = each
+            .next_multiple_of(WHOLE_TILES)
+            .min(most - most % WHOLE_TILES);
+    }
     rows.clone()
         .step_by(each)
         .map(move |first| first..first.saturating_add(each as u32).min(rows.end))

@@ -185,6 +185,52 @@ fn colour_is_for_terminals_alone() {
     }
 }
 
+/// What a command shows on a terminal.
+fn on_a_terminal(shop: &Workshop, line: &str) -> Option<String> {
+    let line = format!("exec script -qec \"{line}\" /dev/null");
+    let ran = Ran::of(
+        shop.shell(&line)
+            .env("TERM", "xterm-256color")
+            .env_remove("NO_COLOR"),
+    );
+    if ran.stderr.contains("script") {
+        eprintln!("skipped: no script to be a terminal");
+        return None;
+    }
+    assert_eq!(ran.code, 0, "{}", ran.stderr);
+    Some(String::from_utf8_lossy(&ran.stdout).into_owned())
+}
+
+#[test]
+fn a_terminal_sees_colour_unless_it_is_not_wanted() {
+    let shop = Workshop::new();
+    let Some(plain) = on_a_terminal(&shop, "NO_COLOR=1 $SFERA --help") else {
+        return;
+    };
+    assert!(!plain.contains('\u{1b}'));
+    let coloured = on_a_terminal(&shop, "$SFERA --help").expect("a terminal");
+    assert!(coloured.contains('\u{1b}'));
+}
+
+#[test]
+fn a_terminal_sees_the_progress_of_what_takes_a_while() {
+    let shop = Workshop::new();
+    let slow = "$SFERA balls.txt image.ppm 1500 1500 --method reference --threads 1";
+    let Some(shown) = on_a_terminal(&shop, slow) else {
+        return;
+    };
+    assert!(
+        shown.contains("of 2,250,000 pixels") && shown.contains("left"),
+        "{shown}"
+    );
+    let quiet = on_a_terminal(&shop, &format!("{slow} --quiet")).expect("a terminal");
+    assert_eq!(quiet, "");
+    let quick = on_a_terminal(&shop, "$SFERA balls.txt image.ppm 150 150").expect("a terminal");
+    assert_eq!(quick, "");
+    let piped = shop.run_shell(slow);
+    assert_eq!(piped.stderr, "");
+}
+
 #[test]
 fn completions_and_the_manual_page_are_printed() {
     let shop = Workshop::new();

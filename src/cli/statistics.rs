@@ -83,7 +83,7 @@ impl Report<'_> {
                 let comma = if index == 0 { "" } else { ", " };
                 let _ = write!(text, "{comma}{pixels} pixels by {rung}");
             }
-            text.push('\n');
+            let _ = writeln!(text, "; {} spheres looked at", self.counts.tests);
         }
         text
     }
@@ -120,7 +120,7 @@ impl Report<'_> {
                 let comma = if index == 0 { "" } else { "," };
                 let _ = write!(json, "{comma}\"{rung}\":{pixels}");
             }
-            json.push('}');
+            let _ = write!(json, "}},\"tests\":{}", self.counts.tests);
         }
         json.push('}');
         json
