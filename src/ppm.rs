@@ -245,6 +245,22 @@ impl MappedImage {
 
 /// An image of which some rows are drawn in place, by any number of processes
 /// in any order.
+///
+/// ```
+/// use sfera::{camera::ImageSize, ppm::{self, ImageError, SharedImage}};
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("halves.ppm");
+/// let size = ImageSize::new(2, 2)?;
+/// for (rows, colour) in [(1..2, 30), (0..1, 10)] {
+///     SharedImage::open(&path, size)?.draw(rows, |_, pixels| pixels.fill(colour))?;
+/// }
+/// ppm::read_rows(&path, size, 0..2, |_, pixels| {
+///     assert_eq!(pixels, [10, 10, 10, 10, 10, 10, 30, 30, 30, 30, 30, 30]);
+///     Ok::<(), ImageError>(())
+/// })?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct SharedImage {
     rows: Rows,
@@ -340,6 +356,15 @@ pub fn read_rows<E: From<ImageError>>(
 }
 
 /// Writes a whole image to a stream, a group of rows at a time.
+///
+/// ```
+/// use sfera::{camera::ImageSize, ppm};
+///
+/// let mut stream = Vec::new();
+/// ppm::write_image(&mut stream, ImageSize::new(2, 1)?, |_rows, pixels| pixels.fill(9))?;
+/// assert_eq!(stream, b"P6\n2 1\n255\n\t\t\t\t\t\t");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 ///
@@ -732,4 +757,91 @@ fn groups(size: ImageSize, rows: Range<u32>, bytes: usize) -> impl Iterator<Item
     rows.clone()
         .step_by(each)
         .map(move |first| first..first.saturating_add(each as u32).min(rows.end))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn size(width: u32, height: u32) -> ImageSize {
+        ImageSize::new(width, height).expect("a size with pixels")
+    }
+
+    #[test]
+    fn groups_are_all_rows_once_and_fit() {
+        for (width, height) in [
+            (1, 1),
+            (1, 5000),
+            (5000, 1),
+            (640, 480),
+            (99, 1031),
+            (4000, 3),
+        ] {
+            let size = size(width, height);
+            for bytes in [1, 3, 1000, 64 * size.row_bytes(), 200_000, usize::MAX] {
+                let mut next = 0;
+                for group in groups(size, 0..height, bytes) {
+                    assert_eq!(group.start, next);
+                    assert!(group.len() == 1 || group.len() * size.row_bytes() <= bytes);
+                    next = group.end;
+                }
+                assert_eq!(next, height, "{width} x {height} by {bytes}");
+            }
+        }
+        assert_eq!(groups(size(4, 4), 2..3, 1).last(), Some(2..3));
+    }
+
+    #[test]
+    fn the_last_row_there_can_be_is_drawn() {
+        let size = size(1, u32::MAX);
+        let last = groups(size, u32::MAX - 5..u32::MAX, 6).last();
+        assert_eq!(last.map(|group| group.end), Some(u32::MAX));
+        assert_eq!(
+            offset(size, u32::MAX - 1),
+            20 + 3 * (u64::from(u32::MAX) - 1)
+        );
+    }
+
+    /// As on a network file system, where rows are written and not mapped.
+    #[test]
+    fn written_rows_are_the_bytes_of_mapped_ones() -> Result<(), Box<dyn std::error::Error>> {
+        let folder = tempfile::tempdir()?;
+        let size = size(7, 5);
+        let bytes = [true, false].map(|mapped| {
+            let path = folder.path().join(format!("{mapped}.ppm"));
+            let mut image = SharedImage::open(&path, size)?;
+            image.rows.mapped = mapped;
+            image.draw(1..4, |rows, pixels| pixels.fill(rows.start as u8 + 1))?;
+            fs::read(&path).map_err(refused(&path, "read it"))
+        });
+        let [mapped, written] = bytes;
+        assert_eq!(mapped?, written?);
+        Ok(())
+    }
+
+    /// Windows begin anywhere in the file, not only where pages do.
+    #[test]
+    fn windows_join_without_a_seam() -> Result<(), Box<dyn std::error::Error>> {
+        let folder = tempfile::tempdir()?;
+        let path = folder.path().join("image.ppm");
+        // More than one window.
+        let size = size(8191, 3000);
+        let mut image = MappedImage::create(&path, size)?;
+        let mut windows = 0;
+        image.draw(|rows, pixels| {
+            windows += 1;
+            for (row, bytes) in rows.zip(pixels.chunks_exact_mut(size.row_bytes())) {
+                bytes.fill(row as u8);
+            }
+        })?;
+        image.publish()?;
+        assert!(windows > 1);
+        read_rows(&path, size, 0..3000, |rows, pixels| {
+            for (row, bytes) in rows.zip(pixels.chunks_exact(size.row_bytes())) {
+                assert!(bytes.iter().all(|&byte| byte == row as u8), "row {row}");
+            }
+            Ok::<(), ImageError>(())
+        })?;
+        Ok(())
+    }
 }

@@ -14,7 +14,7 @@ use sfera::{
 /// One line of the table.
 #[derive(Debug)]
 struct Entrant<'scene> {
-    name: &'static str,
+    method: Method,
     form: &'static str,
     renderer: Renderer<'scene>,
     time: Duration,
@@ -43,8 +43,8 @@ const RUNS: usize = 5;
 
 impl<'scene> Comparison<'scene> {
     pub(crate) fn new(scene: &'scene Scene, size: ImageSize) -> Self {
-        let entrant = |method, name, form| Entrant {
-            name,
+        let entrant = |method, form| Entrant {
+            method,
             form: match (method, form) {
                 (Method::Exact | Method::Reference, _) => "",
                 (_, Form::Scalar) => "scalar",
@@ -57,20 +57,16 @@ impl<'scene> Comparison<'scene> {
         let affordable =
             size.pixels().saturating_mul(scene.spheres.len() as u64) <= MOST_REFERENCE_TESTS;
         let mut others = Vec::new();
-        for (method, name) in [
-            (Method::Textbook, "textbook"),
-            (Method::Geometric, "geometric"),
-            (Method::Double, "double"),
-        ] {
-            others.push(entrant(method, name, Form::Scalar));
-            others.push(entrant(method, name, Form::Packets));
+        for method in [Method::Textbook, Method::Geometric, Method::Double] {
+            others.push(entrant(method, Form::Scalar));
+            others.push(entrant(method, Form::Packets));
         }
         if affordable {
-            others.push(entrant(Method::Reference, "reference", Form::default()));
+            others.push(entrant(Method::Reference, Form::default()));
         }
         Self {
             size,
-            exact: entrant(Method::Exact, "exact", Form::default()),
+            exact: entrant(Method::Exact, Form::default()),
             others,
             affordable,
             pixels: Vec::new(),
@@ -101,7 +97,7 @@ impl<'scene> Comparison<'scene> {
             let seconds = entrant.time.as_secs_f64();
             table += &format!(
                 "{:<10} {:<8} {:>12.2} {:>17.1} {:>13} {:>18.2}\n",
-                entrant.name,
+                entrant.method,
                 entrant.form,
                 seconds * 1e3,
                 pixels / seconds / 1e6,

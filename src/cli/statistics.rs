@@ -97,7 +97,7 @@ impl Report<'_> {
             rows.start,
             rows.end,
             self.spheres,
-            format!("{:?}", job.method()).to_lowercase(),
+            job.method(),
             if job.form() == Form::Scalar {
                 "scalar"
             } else {
