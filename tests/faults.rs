@@ -182,6 +182,20 @@ fn a_disk_that_can_not_reserve_is_written_first() {
     assert_eq!(shop.read("rows.ppm"), shop.balls(640, 480));
 }
 
+#[test]
+fn messages_that_can_not_be_written_change_nothing() {
+    let shop = Workshop::new();
+    for (line, code) in [
+        ("balls.txt image.ppm 64 48 --stats", 0),
+        ("balls.txt missing/image.ppm 64 48", 1),
+        ("balls.txt image.ppm 0 48", 2),
+    ] {
+        let ran = shop.run_shell(&format!("exec $SFERA {line} 2> /dev/full"));
+        assert_eq!(ran.code, code, "{line}");
+    }
+    assert_eq!(shop.read("image.ppm"), shop.balls(64, 48));
+}
+
 // Limits.
 
 #[test]

@@ -62,11 +62,16 @@ pub(crate) fn main() -> ExitCode {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(Failure::NobodyReads)) => EXIT_NOBODY_READS.into(),
         Ok(Err(Failure::Message(message))) => {
-            eprintln!("sfera: {message}");
+            tell(format_args!("sfera: {message}"));
             ExitCode::FAILURE
         }
         Err(_panic) => ExitCode::FAILURE,
     }
+}
+
+/// A line on standard error; that it can't be written changes nothing.
+pub(crate) fn tell(line: fmt::Arguments<'_>) {
+    let _ = writeln!(io::stderr(), "{line}");
 }
 
 fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -153,11 +158,11 @@ fn draw_difference(
     })?;
     output.publish(interrupts)?;
     if !job.quiet {
-        eprintln!(
+        tell(format_args!(
             "{} of {} pixels differ from exact",
             marker.wrong,
             job.size().pixels()
-        );
+        ));
     }
     Ok(())
 }
@@ -189,7 +194,9 @@ fn report_panics_in_one_line() {
             let place = panic.location().map_or_else(String::new, |place| {
                 format!(" at {}:{}", place.file(), place.line())
             });
-            eprintln!("sfera: internal error, please report it: {what}{place}");
+            tell(format_args!(
+                "sfera: internal error, please report it: {what}{place}"
+            ));
         });
     }));
 }

@@ -8,7 +8,7 @@ use std::{
 use clap::ValueEnum;
 use sfera::render::{Counts, Form, Method};
 
-use super::arguments::Job;
+use super::{arguments::Job, tell};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Style {
@@ -57,8 +57,8 @@ pub(crate) struct Report<'run> {
 impl Report<'_> {
     pub(crate) fn print(&self, style: Style) {
         match style {
-            Style::Text => eprint!("{}", self.text()),
-            Style::Json => eprintln!("{}", self.json()),
+            Style::Text => tell(format_args!("{}", self.text().trim_end())),
+            Style::Json => tell(format_args!("{}", self.json())),
         }
     }
 
