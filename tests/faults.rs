@@ -452,7 +452,9 @@ fn an_interrupt_leaves_the_old_image_and_nothing_else() {
     for (signal, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
         let shop = Workshop::new();
         shop.write("image.ppm", OLD);
-        let child = begin(&mut shop.sfera(SLOW));
+        // What runs the tests may ignore them (`nohup`), and so would the program.
+        let line = format!("exec env --default-signal $SFERA {SLOW}");
+        let child = begin(&mut shop.shell(&line));
         send(signal, &child);
         let ran = end(child);
         assert_eq!((ran.code, ran.stderr.as_str()), (code, ""), "{signal}");
@@ -473,7 +475,7 @@ fn being_killed_leaves_the_old_image_and_nothing_else() {
 #[test]
 fn what_was_to_be_ignored_is_ignored() {
     let shop = Workshop::new();
-    let line = format!("trap '' HUP INT; exec $SFERA {SLOW}");
+    let line = format!("trap '' HUP INT; exec env --default-signal=TERM $SFERA {SLOW}");
     let child = begin(&mut shop.shell(&line));
     send("HUP", &child);
     send("INT", &child);
@@ -490,7 +492,7 @@ fn without_nameless_files_an_interrupt_cleans_up() {
     // Without /proc a nameless file can't be given its name.
     let hidden = |shop: &Workshop, arguments: &str| {
         shop.shell(&format!(
-            "exec unshare --mount sh -c 'mount -t tmpfs none /proc && exec $SFERA {arguments}'"
+            "exec env --default-signal unshare --mount sh -c 'mount -t tmpfs none /proc && exec $SFERA {arguments}'"
         ))
     };
     let shop = Workshop::new();
