@@ -245,6 +245,35 @@ fn a_limit_on_addresses_is_told_and_never_a_signal() {
 }
 
 #[test]
+fn a_scene_without_the_memory_for_it_is_told_and_never_a_signal() {
+    let shop = Workshop::new();
+    let spheres: String = (0..100_000)
+        .map(|i| format!("S {i} 0 5 1 1 2 3\n"))
+        .collect();
+    shop.write(
+        "large.txt",
+        format!("VP 1 1 1\nBG 0 0 0\nOBJ_N 100000\n{spheres}").as_bytes(),
+    );
+    let mut refused = 0;
+    for kilobytes in (6_000..60_000).step_by(1_000) {
+        let ran = shop.run_shell(&format!(
+            "ulimit -v {kilobytes}; exec $SFERA large.txt image.ppm 64 48 --threads 2"
+        ));
+        if ran.code == 0 || ran.stderr.contains("shared librar") {
+            continue;
+        }
+        // The shell itself may not get what the program needs to begin.
+        if ran.code == 127 || ran.code == 126 {
+            continue;
+        }
+        assert_eq!(ran.code, 1, "{kilobytes}: {}", ran.stderr);
+        assert!(!ran.stderr.is_empty());
+        refused += 1;
+    }
+    assert!(refused > 0);
+}
+
+#[test]
 fn a_large_picture_needs_few_addresses() {
     let shop = Workshop::new();
     shop.run_shell(
