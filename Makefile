@@ -1,6 +1,6 @@
 # Everything a person or CI runs by name. `make` alone lists it.
 
-.PHONY: help build run test bench chart growth families peers peers-install check
+.PHONY: help build run test bench chart growth families peers peers-install check cluster-test
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -49,6 +49,10 @@ peers:
 ## peers-install   the peers of `make peers`, from Debian's packages
 peers-install:
 	apt-get install -y gcc g++ libembree-dev libtbb-dev tachyon povray
+
+## cluster-test   the recipes of tests/cluster on a Slurm of two nodes on this machine, for root on Debian; three minutes
+cluster-test: build
+	SFERA=target/release/sfera tests/cluster/run.sh
 
 ## check   format, lints, docs
 check:
