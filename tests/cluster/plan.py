@@ -217,7 +217,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0],
                                      formatter_class=argparse.ArgumentDefaultsHelpFormatter)
     parser.add_argument("--sfera", type=Path, help="program to measure; without it, the figures below hold")
-    parser.add_argument("--launch", type=float, default=2.5, help="seconds a scheduler takes to start a band")
+    parser.add_argument("--launch", type=float, default=2.2, help="seconds a scheduler takes to start a band")
     parser.add_argument("--start", type=float, default=0.002, help="seconds of a process beside its work")
     parser.add_argument("--read", type=float, default=100e6, help="bytes of a scene read in a second")
     parser.add_argument("--prepare", type=float, default=0.1, help="seconds from the scene to the first pixel")
