@@ -1,6 +1,41 @@
 //! **sfera** renders scenes of flat-coloured spheres: every pixel provably
 //! right, at the speed at which memory can be written.
 //!
+//! # Calling it
+//!
+//! A [`scene::Scene`] is read from a file or parsed from text; a
+//! [`render::Renderer`] draws any rows of it into any buffer, on rayon's threads:
+//! the default ones, or those of a pool that `draw` is called in.
+//!
+//! ```
+//! use sfera::{
+//!     camera::ImageSize,
+//!     render::{Form, Method, Renderer},
+//!     scene::Scene,
+//! };
+//!
+//! let scene = Scene::parse(b"VP 1 1 1  BG 255 255 255  OBJ_N 1  S 0 0 5 1 200 0 0")?;
+//! let size = ImageSize::new(64, 48)?;
+//! let renderer = Renderer::new(&scene, size, Method::Exact, Form::default());
+//!
+//! let mut pixels = vec![0; size.pixel_bytes()];
+//! renderer.draw(0..size.height(), &mut pixels, &|_rows_done| ());
+//! let centre = 24 * size.row_bytes() + 32 * 3;
+//! assert_eq!(pixels[centre..centre + 3], [200, 0, 0]);
+//!
+//! // Some rows, on threads of one's own.
+//! let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build()?;
+//! let mut half = vec![0; 24 * size.row_bytes()];
+//! pool.install(|| renderer.draw(24..48, &mut half, &|_| ()));
+//! assert_eq!(half, pixels[24 * size.row_bytes()..]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Image files are made by [`ppm::MappedImage`] (whole, in one step),
+//! [`ppm::SharedImage`] (in place, some rows) and [`ppm::write_image`] (a stream).
+//! Nothing here is global: no state, no thread pool, no signal handler that was
+//! not asked for.
+//!
 //! # The way through the code
 //!
 //! ```text
@@ -16,7 +51,7 @@
 //! | pixel -> ray | [`camera`] | the one rule, every form of it side by side |
 //! | ray -> colour, in float | [`methods`] | `textbook`, `geometric`, `double`: brute force, scalar and packets |
 //! | ray -> colour, proven | [`exact`] | conics, bins, tiles, packets, decisions |
-//! | colours -> file | [`ppm`] | reserve, map, publish; the only `unsafe` |
+//! | colours -> file | [`ppm`] | reserve, map, publish; the only `unsafe`, the mapping |
 //! | all of it | [`mod@render`] | bands of rows -> pixels -> bytes |
 //!
 //! Beside the way stand [`reference`](mod@reference): what the picture means,

@@ -1,6 +1,6 @@
 //! The driver: bands of rows -> pixels -> bytes.
 
-use std::ops::Range;
+use std::{fmt, ops::Range};
 
 use rayon::prelude::*;
 use wide::f32x8;
@@ -30,6 +30,19 @@ pub enum Method {
     Exact,
     /// The meaning of the picture in integers, one pixel at a time: slow.
     Reference,
+}
+
+/// The name that `--method` knows it by.
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Textbook => "textbook",
+            Self::Geometric => "geometric",
+            Self::Double => "double",
+            Self::Exact => "exact",
+            Self::Reference => "reference",
+        })
+    }
 }
 
 /// How a float method runs through the pixels; the bytes are the same.

@@ -1,0 +1,291 @@
+//! The command line.
+
+use std::{
+    ops::Range,
+    path::{Path, PathBuf},
+    str::FromStr,
+};
+
+use clap::{CommandFactory, Parser, ValueEnum, error::ErrorKind};
+use sfera::{
+    camera::ImageSize,
+    render::{Form, Method},
+};
+
+use super::{generate::Page, statistics};
+
+/// Renders a scene of flat-coloured spheres to a binary PPM, every pixel provably right.
+#[derive(Debug, Parser)]
+#[command(version, long_about = LONG_ABOUT, after_long_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    job: Option<Job>,
+
+    /// Print completions for a shell, or the manual page, and do nothing else
+    #[arg(long, value_enum, value_name = "PAGE", exclusive = true)]
+    pub(crate) generate: Option<Page>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Job {
+    /// The scene, a text file
+    pub(crate) scene: PathBuf,
+
+    /// The image to make or replace; - for standard output
+    pub(crate) image: PathBuf,
+
+    /// Pixels of a row
+    #[arg(value_parser = side, allow_negative_numbers = true)]
+    width: u32,
+
+    /// Rows
+    #[arg(value_parser = side, allow_negative_numbers = true)]
+    height: u32,
+
+    /// How the colour of a pixel is computed
+    #[arg(long, value_enum, default_value_t)]
+    method: MethodName,
+
+    /// Draw one pixel at a time: the same picture, slower; for textbook, geometric and double
+    #[arg(long)]
+    scalar: bool,
+
+    /// Threads to draw with [default: one for each CPU]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+
+    /// Draw only these rows (from 0, the last not included), in place in an image that may be there
+    #[arg(long, value_name = "A..B")]
+    pub(crate) rows: Option<RowRange>,
+
+    /// Draw nothing: compare the rows (or all) of an image that is there with what the method draws
+    #[arg(long)]
+    verify: bool,
+
+    /// Draw with every method, print how fast and how wrong each is, and keep the exact image
+    #[arg(long, conflicts_with_all = ["method", "scalar", "rows", "verify", "diff", "stats", "quiet"])]
+    compare: bool,
+
+    /// Make a second image: red where the method's pixels are wrong, pale where they are right
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["rows", "verify"])]
+    pub(crate) diff: Option<PathBuf>,
+
+    /// Tell on standard error how long each phase took, as text or as JSON
+    #[arg(long, value_enum, value_name = "FORMAT", num_args = 0..=1, require_equals = true,
+          default_missing_value = "text", conflicts_with_all = ["quiet", "verify"])]
+    pub(crate) stats: Option<statistics::Style>,
+
+    /// Say nothing but errors: no progress bar, no remarks
+    #[arg(long)]
+    pub(crate) quiet: bool,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum MethodName {
+    /// f32, the formula as taught
+    Textbook,
+    /// f32, the stable form of it
+    Geometric,
+    /// f64, the formula as taught
+    Double,
+    /// Every pixel proven right, and the fastest
+    #[default]
+    Exact,
+    /// The meaning of the picture in integers, slow: the judge of the others
+    Reference,
+}
+
+/// What the program is asked to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Mode {
+    Render,
+    Verify,
+    Compare,
+}
+
+/// The words of `--rows A..B`.
+#[derive(Clone, Debug)]
+pub(crate) struct RowRange(Range<u32>);
+
+impl FromStr for RowRange {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let ends = text
+            .split_once("..")
+            .and_then(|(first, end)| Some((first.parse().ok()?, end.parse().ok()?)));
+        match ends {
+            Some((first, end)) if first < end => Ok(Self(first..end)),
+            Some(_) => Err("there is no row in it: A must be less than B".into()),
+            None => Err("write it as A..B, two whole numbers, like 0..540".into()),
+        }
+    }
+}
+
+/// A width or height.
+fn side(text: &str) -> Result<u32, String> {
+    match text.parse::<u32>() {
+        Ok(0) => Err("an image needs at least one row and one column".into()),
+        Ok(side) => Ok(side),
+        Err(error) if *error.kind() == std::num::IntErrorKind::PosOverflow => {
+            Err(format!("at most {}", u32::MAX))
+        }
+        Err(_) => Err("a whole number of pixels is needed, like 1920".into()),
+    }
+}
+
+impl Arguments {
+    /// Reads and checks the command line; ends the program with exit code 2 and
+    /// a message when it is wrong.
+    pub(crate) fn job(&self) -> &Job {
+        let Some(job) = &self.job else {
+            refuse(ErrorKind::MissingRequiredArgument, "no scene")
+        };
+        job.check();
+        job
+    }
+}
+
+/// Ends the program: the command line is wrong.
+fn refuse(kind: ErrorKind, message: impl std::fmt::Display) -> ! {
+    Arguments::command().error(kind, message).exit()
+}
+
+impl Job {
+    /// What clap can't check: combinations, and values that depend on others.
+    fn check(&self) {
+        if let Err(error) = ImageSize::new(self.width, self.height) {
+            refuse(ErrorKind::ValueValidation, error);
+        }
+        if self.scalar && matches!(self.method, MethodName::Exact | MethodName::Reference) {
+            refuse(
+                ErrorKind::ArgumentConflict,
+                "--scalar is one of two forms of the methods textbook, geometric and double; add --method, or leave it out",
+            );
+        }
+        let standard_output = Path::new("-");
+        if self.image == standard_output {
+            let wants_file = [
+                (self.rows.is_some(), "--rows draws in a file"),
+                (self.verify, "--verify reads a file"),
+                (
+                    self.compare,
+                    "--compare prints its table on standard output",
+                ),
+            ];
+            if let Some((_, why)) = wants_file.into_iter().find(|(wanted, _)| *wanted) {
+                refuse(
+                    ErrorKind::ArgumentConflict,
+                    format_args!("{why}: give the image a name, not -"),
+                );
+            }
+        }
+        if let Some(marks) = &self.diff {
+            if self.method == MethodName::Exact {
+                refuse(
+                    ErrorKind::ArgumentConflict,
+                    "--diff compares another method with exact: add --method",
+                );
+            }
+            if *marks == self.image {
+                refuse(
+                    ErrorKind::ArgumentConflict,
+                    "--diff needs a name of its own, not that of the image",
+                );
+            }
+        }
+        if self.rows().end > self.height {
+            refuse(
+                ErrorKind::ValueValidation,
+                format_args!(
+                    "--rows {}..{}: an image of {} rows has rows 0..{}",
+                    self.rows().start,
+                    self.rows().end,
+                    self.height,
+                    self.height
+                ),
+            );
+        }
+    }
+
+    pub(crate) fn mode(&self) -> Mode {
+        match (self.verify, self.compare) {
+            (true, _) => Mode::Verify,
+            (_, true) => Mode::Compare,
+            _ => Mode::Render,
+        }
+    }
+
+    pub(crate) fn size(&self) -> ImageSize {
+        match ImageSize::new(self.width, self.height) {
+            Ok(size) => size,
+            Err(error) => refuse(ErrorKind::ValueValidation, error),
+        }
+    }
+
+    /// The rows asked for, or all.
+    pub(crate) fn rows(&self) -> Range<u32> {
+        match &self.rows {
+            Some(RowRange(rows)) => rows.clone(),
+            None => 0..self.height,
+        }
+    }
+
+    pub(crate) fn method(&self) -> Method {
+        match self.method {
+            MethodName::Textbook => Method::Textbook,
+            MethodName::Geometric => Method::Geometric,
+            MethodName::Double => Method::Double,
+            MethodName::Exact => Method::Exact,
+            MethodName::Reference => Method::Reference,
+        }
+    }
+
+    pub(crate) fn form(&self) -> Form {
+        if self.scalar {
+            Form::Scalar
+        } else {
+            Form::Packets
+        }
+    }
+
+    pub(crate) fn threads(&self) -> Option<usize> {
+        self.threads.map(usize::from)
+    }
+}
+
+const LONG_ABOUT: &str = "\
+Renders a scene of flat-coloured spheres to a binary PPM, every pixel provably right.
+
+The image appears under its name when it is complete; whatever fails, an image that was there before stays as it was.";
+
+const EXAMPLES: &str = "\
+Examples:
+  The picture, 1920 x 1080:
+    sfera scenes/example.txt example.ppm 1920 1080
+  As PNG, with netpbm:
+    sfera scene.txt - 640 480 | pnmtopng > scene.png
+  How long each phase takes; the same for scripts:
+    sfera scene.txt scene.ppm 1920 1080 --stats
+    sfera scene.txt scene.ppm 1920 1080 --stats=json 2> stats.json
+  Speed against accuracy on a scene of your own:
+    sfera scene.txt scene.ppm 1920 1080 --compare
+  Where the textbook formula in floats is wrong:
+    sfera scene.txt textbook.ppm 1920 1080 --method textbook --diff wrong.ppm
+  A large picture in two parts, in any order, on one machine or two; then checked:
+    sfera scene.txt large.ppm 32768 32768 --rows 0..16384
+    sfera scene.txt large.ppm 32768 32768 --rows 16384..32768
+    sfera scene.txt large.ppm 32768 32768 --verify
+  Completions and the manual page:
+    sfera --generate bash > ~/.local/share/bash-completion/completions/sfera
+    sfera --generate man | man -l -
+
+Exit codes:
+    0  the image is complete (with --verify: the rows are right)
+    1  something failed; one line on standard error says what, and what would mend it
+    2  the command line is wrong
+  130  interrupted (SIGINT); 143 terminated (SIGTERM); 129 hung up (SIGHUP)
+  141  nobody reads standard output any more
+
+Only with --rows is an image changed in place. Otherwise it appears under its name when it is complete,
+and until then the file that was there before stays as it was.";

@@ -1,0 +1,130 @@
+//! `--compare`: every method on the user's own scene, speed beside accuracy.
+
+use std::{
+    ops::Range,
+    time::{Duration, Instant},
+};
+
+use sfera::{
+    camera::{BYTES_PER_PIXEL, ImageSize},
+    render::{Form, Method, Renderer},
+    scene::Scene,
+};
+
+/// One line of the table.
+#[derive(Debug)]
+struct Entrant<'scene> {
+    method: Method,
+    form: &'static str,
+    renderer: Renderer<'scene>,
+    time: Duration,
+    wrong: u64,
+}
+
+/// All methods over the same rows.
+#[derive(Debug)]
+pub(crate) struct Comparison<'scene> {
+    size: ImageSize,
+    exact: Entrant<'scene>,
+    others: Vec<Entrant<'scene>>,
+    /// Whether the reference takes part.
+    affordable: bool,
+    pixels: Vec<u8>,
+}
+
+/// What the reference may be asked: pixels times spheres, some seconds of work.
+const MOST_REFERENCE_TESTS: u64 = 40_000_000;
+
+/// A picture that is drawn faster than this is drawn again, for the median.
+const SHORT: Duration = Duration::from_millis(100);
+
+/// How often a fast picture is drawn.
+const RUNS: usize = 5;
+
+impl<'scene> Comparison<'scene> {
+    pub(crate) fn new(scene: &'scene Scene, size: ImageSize) -> Self {
+        let entrant = |method, form| Entrant {
+            method,
+            form: match (method, form) {
+                (Method::Exact | Method::Reference, _) => "",
+                (_, Form::Scalar) => "scalar",
+                (_, Form::Packets) => "packets",
+            },
+            renderer: Renderer::new(scene, size, method, form),
+            time: Duration::ZERO,
+            wrong: 0,
+        };
+        let affordable =
+            size.pixels().saturating_mul(scene.spheres.len() as u64) <= MOST_REFERENCE_TESTS;
+        let mut others = Vec::new();
+        for method in [Method::Textbook, Method::Geometric, Method::Double] {
+            others.push(entrant(method, Form::Scalar));
+            others.push(entrant(method, Form::Packets));
+        }
+        if affordable {
+            others.push(entrant(Method::Reference, Form::default()));
+        }
+        Self {
+            size,
+            exact: entrant(Method::Exact, Form::default()),
+            others,
+            affordable,
+            pixels: Vec::new(),
+        }
+    }
+
+    /// Draws `rows` by every method, and leaves what exact drew in `right`.
+    pub(crate) fn draw(&mut self, rows: &Range<u32>, right: &mut [u8]) {
+        self.exact.draw(rows, right);
+        self.pixels.resize(right.len(), 0);
+        for entrant in &mut self.others {
+            entrant.draw(rows, &mut self.pixels);
+            entrant.wrong += self
+                .pixels
+                .chunks_exact(BYTES_PER_PIXEL)
+                .zip(right.chunks_exact(BYTES_PER_PIXEL))
+                .filter(|(pixel, right)| pixel != right)
+                .count() as u64;
+        }
+    }
+
+    pub(crate) fn table(&self) -> String {
+        let mut table =
+            "method     form     milliseconds  million pixels/s  wrong pixels  wrong per million\n"
+                .to_string();
+        let pixels = self.size.pixels() as f64;
+        for entrant in self.others.iter().chain([&self.exact]) {
+            let seconds = entrant.time.as_secs_f64();
+            table += &format!(
+                "{:<10} {:<8} {:>12.2} {:>17.1} {:>13} {:>18.2}\n",
+                entrant.method,
+                entrant.form,
+                seconds * 1e3,
+                pixels / seconds / 1e6,
+                entrant.wrong,
+                entrant.wrong as f64 / pixels * 1e6,
+            );
+        }
+        if !self.affordable {
+            table += "(left out: reference, which would take too long at this size; exact is proven equal to it)\n";
+        }
+        table
+    }
+}
+
+impl Entrant<'_> {
+    /// Draws once and, if that was quick, for the median a few times more.
+    fn draw(&mut self, rows: &Range<u32>, pixels: &mut [u8]) {
+        let mut times = Vec::with_capacity(RUNS);
+        loop {
+            let start = Instant::now();
+            self.renderer.draw(rows.clone(), pixels, &|_| ());
+            times.push(start.elapsed());
+            if times.len() == RUNS || times[0] > SHORT {
+                break;
+            }
+        }
+        times.sort_unstable();
+        self.time += times[times.len() / 2];
+    }
+}

@@ -1,0 +1,47 @@
+//! `--diff`: where does a method draw something else than what is right?
+
+use sfera::{
+    camera::{BYTES_PER_PIXEL, ImageSize},
+    render::{Form, Method, Renderer},
+    scene::Scene,
+};
+
+/// Marks pixels that differ from the exact picture.
+#[derive(Debug)]
+pub(crate) struct Marker<'scene> {
+    exact: Renderer<'scene>,
+    right: Vec<u8>,
+    pub(crate) wrong: u64,
+}
+
+/// The colour of a wrong pixel.
+const WRONG: [u8; BYTES_PER_PIXEL] = [255, 0, 0];
+
+impl<'scene> Marker<'scene> {
+    pub(crate) fn new(scene: &'scene Scene, size: ImageSize) -> Self {
+        Self {
+            exact: Renderer::new(scene, size, Method::Exact, Form::default()),
+            right: Vec::new(),
+            wrong: 0,
+        }
+    }
+
+    /// Turns `pixels` that a method drew into marks: red where they are wrong,
+    /// elsewhere the right picture in pale grey.
+    pub(crate) fn mark(&mut self, rows: std::ops::Range<u32>, pixels: &mut [u8]) {
+        self.right.resize(pixels.len(), 0);
+        self.exact.draw(rows, &mut self.right, &|_| ());
+        for (pixel, right) in pixels
+            .chunks_exact_mut(BYTES_PER_PIXEL)
+            .zip(self.right.chunks_exact(BYTES_PER_PIXEL))
+        {
+            if pixel == right {
+                let sum: u16 = right.iter().map(|&channel| u16::from(channel)).sum();
+                pixel.fill(192 + (sum / 16) as u8);
+            } else {
+                self.wrong += 1;
+                pixel.copy_from_slice(&WRONG);
+            }
+        }
+    }
+}

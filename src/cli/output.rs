@@ -1,0 +1,163 @@
+//! Where the picture goes.
+
+use std::{
+    fs::{self, File, Metadata, OpenOptions},
+    io,
+    ops::Range,
+    os::unix::fs::{FileTypeExt, MetadataExt},
+    path::{Path, PathBuf},
+};
+
+use sfera::{
+    camera::ImageSize,
+    ppm::{self, ImageError, MappedImage, SharedImage},
+};
+
+use super::{Failure, signals::Interrupts};
+
+/// The IMAGE of the command line, before anything is touched.
+#[derive(Debug)]
+pub(crate) struct Destination {
+    path: PathBuf,
+    stream: Option<File>,
+}
+
+impl Destination {
+    /// Standard output for `-`; a pipe or a character device is written as a
+    /// stream; everything else is a file to make or replace.
+    pub(crate) fn of(path: &Path) -> Result<Self, Failure> {
+        let stream = if path == Path::new("-") {
+            let stdout = rustix::io::dup(rustix::stdio::stdout())
+                .map_err(|error| format!("standard output: {error}"))?;
+            Some(File::from(stdout))
+        } else {
+            match fs::metadata(path) {
+                Ok(metadata) if is_stream(&metadata) => Some(
+                    OpenOptions::new()
+                        .write(true)
+                        .open(path)
+                        .map_err(|error| format!("{}: can't open it: {error}", path.display()))?,
+                ),
+                _ => None,
+            }
+        };
+        Ok(Self {
+            path: path.to_owned(),
+            stream,
+        })
+    }
+
+    /// Refuses an image that would overwrite the scene it is drawn from.
+    pub(crate) fn refuse_to_replace(&self, scene: &Path) -> Result<(), Failure> {
+        let image = match &self.stream {
+            Some(stream) => stream.metadata(),
+            None => fs::metadata(&self.path),
+        };
+        match (fs::metadata(scene), image) {
+            (Ok(scene_file), Ok(image_file))
+                if image_file.is_file()
+                    && (scene_file.dev(), scene_file.ino())
+                        == (image_file.dev(), image_file.ino()) =>
+            {
+                Err(format!(
+                    "{}: this is the scene itself ({}); give the image another name",
+                    self.path.display(),
+                    scene.display()
+                )
+                .into())
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+fn is_stream(metadata: &Metadata) -> bool {
+    metadata.file_type().is_char_device() || metadata.file_type().is_fifo()
+}
+
+/// The picture being drawn.
+#[derive(Debug)]
+pub(crate) enum Output {
+    Whole(MappedImage),
+    InPlace(SharedImage),
+    Stream(File, PathBuf, ImageSize),
+}
+
+impl Output {
+    pub(crate) fn open(
+        destination: &Destination,
+        size: ImageSize,
+        in_place: bool,
+        interrupts: &Interrupts,
+    ) -> Result<Self, Failure> {
+        let path = &destination.path;
+        if let Some(stream) = &destination.stream {
+            if in_place {
+                return Err(format!(
+                    "{}: this is a stream, and --rows needs a file to draw them in; name a file, or leave --rows out",
+                    path.display()
+                )
+                .into());
+            }
+            return Ok(Self::Stream(stream.try_clone()?, path.clone(), size));
+        }
+        let (output, temporary) = if in_place {
+            (Self::InPlace(SharedImage::open(path, size)?), None)
+        } else {
+            let image = MappedImage::create(path, size)?;
+            let temporary = image.temporary_name().map(Path::to_owned);
+            if let Some(temporary) = &temporary {
+                interrupts.remove(temporary)?;
+            }
+            (Self::Whole(image), temporary)
+        };
+        ppm::exit_when_lost(
+            format!(
+                "sfera: {}: the file was shortened or its disk failed while it was drawn; draw it again\n",
+                path.display()
+            ),
+            temporary.as_deref(),
+        )?;
+        Ok(output)
+    }
+
+    pub(crate) fn draw(
+        &mut self,
+        rows: Range<u32>,
+        draw: impl FnMut(Range<u32>, &mut [u8]),
+    ) -> Result<(), Failure> {
+        match self {
+            Self::Whole(image) => Ok(image.draw(draw)?),
+            Self::InPlace(image) => Ok(image.draw(rows, draw)?),
+            Self::Stream(stream, path, size) => {
+                ppm::write_image(stream, *size, draw).map_err(|error| lost(path, error))
+            }
+        }
+    }
+
+    /// Gives the image its name; what was drawn in place or written is there already.
+    pub(crate) fn publish(self, interrupts: &Interrupts) -> Result<(), Failure> {
+        if let Self::Whole(image) = self {
+            interrupts.hold();
+            image.publish()?;
+        }
+        Ok(())
+    }
+}
+
+/// A stream that takes no more.
+pub(crate) fn lost(path: &Path, error: io::Error) -> Failure {
+    if error.kind() == io::ErrorKind::BrokenPipe {
+        return Failure::NobodyReads;
+    }
+    let error = ImageError::System {
+        path: if path == Path::new("-") {
+            "standard output".into()
+        } else {
+            path.to_owned()
+        },
+        action: "write to it",
+        source: error,
+    };
+    error.into()
+}

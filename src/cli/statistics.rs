@@ -1,0 +1,142 @@
+//! `--stats`: what took how long.
+
+use std::{
+    fmt::Write,
+    time::{Duration, Instant},
+};
+
+use clap::ValueEnum;
+use sfera::render::{Counts, Form, Method};
+
+use super::{arguments::Job, tell};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Style {
+    Text,
+    Json,
+}
+
+/// A stopwatch that remembers its laps.
+#[derive(Debug)]
+pub(crate) struct Clock {
+    start: Instant,
+    last: Instant,
+    laps: Vec<(&'static str, Duration)>,
+}
+
+impl Clock {
+    pub(crate) fn start() -> Self {
+        let now = Instant::now();
+        Self {
+            start: now,
+            last: now,
+            laps: Vec::with_capacity(4),
+        }
+    }
+
+    pub(crate) fn lap(&mut self, phase: &'static str) {
+        let now = Instant::now();
+        self.laps.push((phase, now - self.last));
+        self.last = now;
+    }
+
+    fn total(&self) -> Duration {
+        self.last - self.start
+    }
+}
+
+/// What there is to tell of a finished picture.
+#[derive(Debug)]
+pub(crate) struct Report<'run> {
+    pub(crate) job: &'run Job,
+    pub(crate) spheres: usize,
+    pub(crate) counts: Counts,
+    pub(crate) clock: &'run Clock,
+}
+
+impl Report<'_> {
+    pub(crate) fn print(&self, style: Style) {
+        match style {
+            Style::Text => tell(format_args!("{}", self.text().trim_end())),
+            Style::Json => tell(format_args!("{}", self.json())),
+        }
+    }
+
+    fn pixels(&self) -> f64 {
+        self.job.rows().len() as f64 * f64::from(self.job.size().width())
+    }
+
+    fn text(&self) -> String {
+        let mut text = String::new();
+        let total = ("total", self.clock.total());
+        for &(phase, time) in self.clock.laps.iter().chain([&total]) {
+            let _ = write!(text, "{phase:<8}{:>12.3} ms", milliseconds(time));
+            if matches!(phase, "render" | "total") {
+                let rate = self.pixels() / time.as_secs_f64() / 1e6;
+                let _ = write!(text, "  {rate:.1} million pixels a second");
+            }
+            text.push('\n');
+        }
+        if self.job.method() == Method::Exact {
+            text.push_str("settled ");
+            for (index, (rung, pixels)) in rungs(&self.counts).into_iter().enumerate() {
+                let comma = if index == 0 { "" } else { ", " };
+                let _ = write!(text, "{comma}{pixels} pixels by {rung}");
+            }
+            let _ = writeln!(text, "; {} spheres looked at", self.counts.tests);
+        }
+        text
+    }
+
+    fn json(&self) -> String {
+        let (job, size, rows) = (self.job, self.job.size(), self.job.rows());
+        let mut json = format!(
+            "{{\"width\":{},\"height\":{},\"rows\":[{},{}],\"spheres\":{},\"method\":\"{}\",\"form\":\"{}\",\"threads\":{},\"milliseconds\":{{",
+            size.width(),
+            size.height(),
+            rows.start,
+            rows.end,
+            self.spheres,
+            job.method(),
+            if job.form() == Form::Scalar {
+                "scalar"
+            } else {
+                "packets"
+            },
+            rayon::current_num_threads(),
+        );
+        for (phase, time) in &self.clock.laps {
+            let _ = write!(json, "\"{phase}\":{:.3},", milliseconds(*time));
+        }
+        let _ = write!(
+            json,
+            "\"total\":{:.3}}},\"pixels_per_second\":{:.0}",
+            milliseconds(self.clock.total()),
+            self.pixels() / self.clock.total().as_secs_f64(),
+        );
+        if job.method() == Method::Exact {
+            json.push_str(",\"settled\":{");
+            for (index, (rung, pixels)) in rungs(&self.counts).into_iter().enumerate() {
+                let comma = if index == 0 { "" } else { "," };
+                let _ = write!(json, "{comma}\"{rung}\":{pixels}");
+            }
+            let _ = write!(json, "}},\"tests\":{}", self.counts.tests);
+        }
+        json.push('}');
+        json
+    }
+}
+
+/// The rungs of the ladder, and the pixels that each settled.
+fn rungs(counts: &Counts) -> [(&'static str, u64); 4] {
+    [
+        ("rectangles", counts.rectangles),
+        ("packets", counts.packets),
+        ("doubles", counts.doubles),
+        ("integers", counts.integers),
+    ]
+}
+
+fn milliseconds(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e3
+}
