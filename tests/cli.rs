@@ -56,6 +56,7 @@ fn every_method_in_both_forms_on_any_number_of_threads_draws_the_same_easy_pictu
         "--method geometric --scalar --threads 3",
         "--method double",
         "--method double --scalar",
+        "--method geometric --threads 1024",
         "--method exact --threads 1024",
         "--method reference",
         "--quiet",

@@ -298,9 +298,9 @@ fn threads_that_can_not_be_had_are_done_without() {
             eprintln!("skipped: another user can't run {}", program::SFERA);
             return;
         }
-        "exec setpriv --reuid=65534 --clear-groups prlimit --nproc=1 $SFERA balls.txt image.ppm 64 48 --threads 8"
+        "exec setpriv --reuid=65534 --clear-groups prlimit --nproc=1 $SFERA balls.txt image.ppm 64 48 --threads 8 --method textbook"
     } else {
-        "exec prlimit --nproc=1 $SFERA balls.txt image.ppm 64 48 --threads 8"
+        "exec prlimit --nproc=1 $SFERA balls.txt image.ppm 64 48 --threads 8 --method textbook"
     };
     shop.run_shell(line).succeeds();
     assert_eq!(shop.read("image.ppm"), shop.balls(64, 48));

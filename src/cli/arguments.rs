@@ -231,6 +231,16 @@ impl Job {
         }
     }
 
+    /// The pixels asked for.
+    pub(crate) fn pixels(&self) -> u64 {
+        self.rows().len() as u64 * u64::from(self.width)
+    }
+
+    /// Whether it takes long however few the pixels.
+    pub(crate) fn is_laborious(&self) -> bool {
+        self.method != MethodName::Exact || self.mode() != Mode::Render
+    }
+
     pub(crate) fn method(&self) -> Method {
         match self.method {
             MethodName::Textbook => Method::Textbook,

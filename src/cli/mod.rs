@@ -35,6 +35,7 @@ use self::{
     progress::Progress,
     signals::Interrupts,
     statistics::{Clock, Report},
+    workers::Workers,
 };
 
 /// Why the program ends with something else than 0.
@@ -80,15 +81,16 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let job = arguments.job();
     let interrupts = signals::prepare()?;
-    workers::pool(job.threads())?.install(|| match job.mode() {
-        Mode::Render => render(job, &interrupts),
+    let workers = Workers::new(job.threads())?;
+    workers.run(job, || match job.mode() {
+        Mode::Render => render(job, &interrupts, &workers),
         Mode::Verify => verify::verify(job, &renderer(job, &read_scene(job)?)),
         Mode::Compare => compare(job, &interrupts),
     })
 }
 
 /// The plain job: a scene to an image, or some of its rows.
-fn render(job: &Job, interrupts: &Interrupts) -> Result<(), Failure> {
+fn render(job: &Job, interrupts: &Interrupts, workers: &Workers) -> Result<(), Failure> {
     let mut clock = Clock::start();
     let destination = destination(job)?;
     let scene = read_scene(job)?;
@@ -102,7 +104,10 @@ fn render(job: &Job, interrupts: &Interrupts) -> Result<(), Failure> {
     let progress = Progress::new(size, rows.len(), job.quiet);
     let mut counts = Counts::default();
     output.draw(rows, |rows, pixels| {
-        counts += renderer.draw(rows, pixels, &|drawn| progress.advance(drawn));
+        counts += renderer.draw(rows, pixels, &|drawn| {
+            workers.call_if_late();
+            progress.advance(drawn);
+        });
     })?;
     progress.finish();
     clock.lap("render");

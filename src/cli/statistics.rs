@@ -63,7 +63,7 @@ impl Report<'_> {
     }
 
     fn pixels(&self) -> f64 {
-        self.job.rows().len() as f64 * f64::from(self.job.size().width())
+        self.job.pixels() as f64
     }
 
     fn text(&self) -> String {
