@@ -276,15 +276,15 @@ impl SharedImage {
     pub fn open(path: &Path, size: ImageSize) -> Result<Self, ImageError> {
         let target = follow(path)?;
         may_replace(&target)?;
-        let file = loop {
-            match OpenOptions::new().read(true).write(true).open(&target) {
-                Ok(file) => break file,
-                Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                    Self::make(&target, size)?;
-                }
-                Err(error) => return Err(refused(&target, "open it")(error)),
+        let open = || OpenOptions::new().read(true).write(true).open(&target);
+        let opened = match open() {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                Self::make(&target, size)?;
+                open()
             }
+            opened => opened,
         };
+        let file = opened.map_err(refused(&target, "open it"))?;
         check_picture(&file, &target, size)?;
         // It may have come from elsewhere and have holes.
         match retried(|| rustix::fs::fallocate(&file, FallocateFlags::empty(), 0, file_bytes(size)))
