@@ -637,17 +637,15 @@ fn processes_that_make_one_picture_reserve_it_once() {
     if !as_root("one picture reserved once") {
         return;
     }
-    // Room for one picture of 3 MB, not for two.
-    let Some(disk) = Disk::new("tmpfs", "size=4m") else {
+    // Room for one picture of 201 MB, not for two; reserving it takes a while.
+    let Some(disk) = Disk::new("tmpfs", "size=250m") else {
         return;
     };
     let shop = Workshop::within(disk.at.path());
     let runs: Vec<_> = (0..8)
-        .map(|part| {
-            let rows = format!("{}..{}", part * 125, part * 125 + 125);
-            let mut command = shop.sfera(&format!(
-                "balls.txt image.ppm 1000 1000 --method textbook --rows {rows}"
-            ));
+        .map(|row| {
+            let rows = format!("{row}..{}", row + 1);
+            let mut command = shop.sfera(&format!("balls.txt image.ppm 8192 8192 --rows {rows}"));
             command
                 .stderr(Stdio::piped())
                 .spawn()
