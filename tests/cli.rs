@@ -466,6 +466,22 @@ fn what_is_in_place_keeps_its_permissions_and_what_is_new_follows_the_umask() {
 }
 
 #[test]
+fn a_replaced_image_is_another_file_and_rows_are_drawn_in_the_same() {
+    let shop = Workshop::new();
+    shop.run("balls.txt image.ppm 64 48 --rows 0..1").succeeds();
+    let before = shop.read("image.ppm");
+    fs::hard_link(shop.path("image.ppm"), shop.path("kept.ppm")).expect("a link");
+    shop.run("balls.txt image.ppm 64 48 --rows 20..30")
+        .succeeds();
+    assert_ne!(shop.read("kept.ppm"), before);
+    assert_eq!(shop.read("kept.ppm"), shop.read("image.ppm"));
+    let before = shop.read("image.ppm");
+    shop.run("balls.txt image.ppm 64 48").succeeds();
+    assert_eq!(shop.read("kept.ppm"), before);
+    assert_eq!(shop.read("image.ppm"), shop.balls(64, 48));
+}
+
+#[test]
 fn names_may_hold_anything() {
     let shop = Workshop::new();
     for name in [

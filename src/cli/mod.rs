@@ -57,9 +57,11 @@ impl<E: fmt::Display> From<E> for Failure {
 }
 
 pub(crate) fn main() -> ExitCode {
-    let arguments = Arguments::parse();
     report_panics_in_one_line();
-    match panic::catch_unwind(AssertUnwindSafe(|| run(&arguments))) {
+    // Before anything that may lack memory.
+    let interrupts = signals::prepare();
+    let arguments = Arguments::parse();
+    match panic::catch_unwind(AssertUnwindSafe(|| run(&arguments, &interrupts?))) {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(Failure::NobodyReads)) => EXIT_NOBODY_READS.into(),
         Ok(Err(Failure::Message(message))) => {
@@ -75,17 +77,16 @@ pub(crate) fn tell(line: fmt::Arguments<'_>) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
-fn run(arguments: &Arguments) -> Result<(), Failure> {
+fn run(arguments: &Arguments, interrupts: &Interrupts) -> Result<(), Failure> {
     if let Some(page) = arguments.generate {
         return generate::generate(page).map_err(|error| output::lost("-".as_ref(), error));
     }
     let job = arguments.job();
-    let interrupts = signals::prepare()?;
     let workers = Workers::new(job.threads())?;
     workers.run(job, || match job.mode() {
-        Mode::Render => render(job, &interrupts, &workers),
+        Mode::Render => render(job, interrupts, &workers),
         Mode::Verify => verify::verify(job, &renderer(job, &read_scene(job)?)),
-        Mode::Compare => compare(job, &interrupts),
+        Mode::Compare => compare(job, interrupts),
     })
 }
 
