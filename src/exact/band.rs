@@ -182,18 +182,14 @@ impl<'a> Band<'a> {
             self.outline(&large);
         }
         self.paint_rows();
-        if !(crowded || large.len() < 2 && engine.bins.none_small())
-            || large.iter().any(|_| engine.bounds == Bounds::Refused)
-            || self
-                .scratch
-                .painted
-                .iter()
-                .any(|painted| painted.shape == Shape::Unknown)
-        {
+        let disputed = crowded || !self.undisputed(&large);
+        if disputed && !crowded {
             self.contest(&large);
         }
-        for tile in 0..tiles as u32 {
-            self.draw_tile(tile, &large);
+        if disputed {
+            for tile in 0..tiles as u32 {
+                self.draw_tile(tile, &large);
+            }
         }
         self.settle_doubtful(&large);
 
@@ -267,9 +263,15 @@ impl<'a> Band<'a> {
         let background = pattern(self.engine.scene.background);
         for (row, line) in (self.first..self.last).zip(self.bytes.chunks_exact_mut(self.row_bytes))
         {
-            paint(line, &background);
+            let run_of = |painted: &Painted| (painted.start[row], painted.end[row]);
+            // Under the widest run nobody sees the background.
+            let runs = self.scratch.painted.iter().map(run_of);
+            let widest = runs.max_by_key(|(start, end)| end.saturating_sub(*start));
+            let (start, end) = widest.filter(|(start, end)| start < end).unwrap_or((0, 0));
+            paint(run(line, 0, start), &background);
+            paint(run(line, end, self.columns), &background);
             for painted in self.scratch.painted.iter().rev() {
-                let (start, end) = (painted.start[row], painted.end[row]);
+                let (start, end) = run_of(painted);
                 if start < end {
                     paint(run(line, start, end), &painted.pattern);
                 }
@@ -277,12 +279,32 @@ impl<'a> Band<'a> {
         }
     }
 
+    /// Whether nothing has to be known of blocks: no small spheres, and none of the
+    /// large ones, which are sorted nearest first, may be nearer than one before it
+    /// where their boxes meet.
+    fn undisputed(&self, large: &[&Large]) -> bool {
+        let clear = |(at, near): (usize, &Painted)| {
+            near.shape != Shape::Unknown
+                && (at + 1..large.len()).all(|other| {
+                    let (a, b) = (large[at], large[other]);
+                    near.least > self.scratch.painted[other].most
+                        || a.left > b.right
+                        || b.left > a.right
+                        || a.top > b.bottom
+                        || b.top > a.bottom
+                })
+        };
+        self.engine.bins.none_small() && self.scratch.painted.iter().enumerate().all(clear)
+    }
+
     /// The depths of the blocks that large spheres are painted in, far to near, and
     /// those where one isn't nearer than all that was painted before.
     fn contest(&mut self, large: &[&Large]) {
         let across = (self.columns as usize).div_ceil(BLOCK);
         self.scratch.blocks.clear();
-        self.scratch.blocks.resize(across * BLOCKS, UNPAINTED);
+        self.scratch
+            .blocks
+            .resize(across * self.last.div_ceil(BLOCK), UNPAINTED);
         let Scratch {
             painted,
             blocks,
@@ -551,11 +573,22 @@ fn run(line: &mut [u8], start: u32, end: u32) -> &mut [u8] {
     &mut line[start as usize * BYTES_PER_PIXEL..end as usize * BYTES_PER_PIXEL]
 }
 
-/// A colour again and again: as many bytes as are copied at a time.
-type Pattern = [u8; 96];
+/// A cache line: what memory is written by.
+const LINE: usize = 64;
+
+/// The fewest lines that hold whole pixels.
+const LINES: usize = LINE * BYTES_PER_PIXEL;
+
+/// A colour again and again, for as many bytes as are copied at a time, from the
+/// first byte of a pixel or from another.
+type Pattern = [u8; LINES + BYTES_PER_PIXEL];
 
 fn pattern(colour: Rgb) -> Pattern {
-    bytemuck::cast([colour; 96 / BYTES_PER_PIXEL])
+    let mut pattern = [0; LINES + BYTES_PER_PIXEL];
+    for pixel in pattern.as_chunks_mut().0 {
+        *pixel = colour;
+    }
+    pattern
 }
 
 /// Fills a run of whole pixels, the last piece over the one before.
@@ -565,8 +598,16 @@ fn paint(run: &mut [u8], pattern: &Pattern) {
     const LONG: usize = 512;
     if run.len() >= LONG && pattern[0] == pattern[1] && pattern[1] == pattern[2] {
         run.fill(pattern[0]);
-    } else if run.len() >= 96 {
-        pieces::<96>(run, pattern);
+    } else if run.len() >= LINES {
+        // Whole lines, but for the ends.
+        pieces::<LINE>(&mut run[..LINE], pattern);
+        let first = run.as_ptr().align_offset(LINE).min(LINE);
+        let lines = &pattern[first % BYTES_PER_PIXEL..][..LINES];
+        for bytes in run[first..].chunks_exact_mut(LINES) {
+            bytes.copy_from_slice(lines);
+        }
+        let last = run.len() - LINES;
+        run[last..].copy_from_slice(&pattern[..LINES]);
     } else if run.len() >= 24 {
         pieces::<24>(run, pattern);
     } else if run.len() >= 12 {

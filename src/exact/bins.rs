@@ -62,6 +62,7 @@ const RUN: usize = 1 << 17;
 #[derive(Debug)]
 pub(super) struct Bins {
     tiles: Tiles,
+    greatest: f32,
     runs: Vec<Run>,
     /// Nearest first; of equal spheres only the first of the file.
     pub(super) large: Vec<Large>,
@@ -118,7 +119,9 @@ impl Bins {
         };
         let mut runs = Vec::with_capacity(filled.len());
         let mut large = Vec::new();
+        let mut greatest = 0.0_f32;
         for (run, larges) in filled {
+            greatest = greatest.max(run.greatest);
             if !run.records.is_empty() {
                 runs.push(run);
             }
@@ -130,13 +133,17 @@ impl Bins {
             nearest.then_with(equal).then(a.index.cmp(&b.index))
         });
         large.dedup_by(|later, first| later.sphere == first.sphere);
-        Self { tiles, runs, large }
+        Self {
+            tiles,
+            greatest,
+            runs,
+            large,
+        }
     }
 
     /// The greatest finite inverse depth of any sphere.
     pub(super) fn greatest(&self) -> f32 {
-        let runs = self.runs.iter().map(|run| run.greatest);
-        greatest(&self.large).max(runs.fold(0.0, f32::max))
+        self.greatest
     }
 
     /// The small spheres of a tile, by its column and row.
@@ -166,57 +173,90 @@ impl Run {
         tiles: Tiles,
         all_large: bool,
     ) -> (Self, Vec<Large>) {
-        let mut small = Vec::new();
-        let mut large = Vec::new();
-        let mut starts = Vec::new();
         let components = [spheres.x(), spheres.y(), spheres.z(), spheres.radius()];
-        for first in range.clone().step_by(LANES) {
-            let eight =
-                |component: &[f32]| -> [f32; LANES] { std::array::from_fn(|lane| component[lane]) };
-            let [x, y, z, r] = components.map(|all| eight(&all[first..first + LANES]));
-            let extents = Extents::new(grid, &Lanes::new(x, y, z, r));
-            let mut visible = extents.visible;
-            while visible != 0 {
-                let lane = visible.trailing_zeros() as usize;
-                visible &= visible - 1;
-                if first + lane >= range.end {
-                    break;
-                }
-                let placed = Large {
-                    sphere: [x[lane], y[lane], z[lane], r[lane]],
-                    most: extents.most[lane],
-                    index: (first + lane) as u32,
-                    colour: spheres.colour()[first + lane],
-                    left: extents.left[lane],
-                    right: extents.right[lane],
-                    top: extents.top[lane],
-                    bottom: extents.bottom[lane],
-                };
-                let shift = tiles.shift;
-                let across = u64::from((placed.right >> shift) - (placed.left >> shift)) + 1;
-                let down = u64::from((placed.bottom >> shift) - (placed.top >> shift)) + 1;
-                if all_large || across.saturating_mul(down) > MOST_TILES {
-                    large.push(placed);
+        let eight = |at: usize| {
+            let first = range.start + at * LANES;
+            components.map(|all| -> [f32; LANES] {
+                let all = &all[first..first + LANES];
+                std::array::from_fn(|lane| all[lane])
+            })
+        };
+        let mut boxes = Vec::with_capacity(range.len().div_ceil(LANES));
+        let mut large = Vec::new();
+        let mut starts = vec![0_u32; if all_large { 0 } else { tiles.count() + 1 }];
+        let mut greatest = 0.0_f32;
+        let mut any = false;
+        for at in 0..range.len().div_ceil(LANES) {
+            let [x, y, z, r] = eight(at);
+            let mut extents = Extents::new(grid, &Lanes::new(x, y, z, r));
+            let mut left = extents.visible;
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize;
+                left &= left - 1;
+                let index = range.start + at * LANES + lane;
+                if index >= range.end {
+                    extents.visible &= !(1 << lane);
                     continue;
                 }
-                if starts.is_empty() {
-                    starts = vec![0_u32; tiles.count() + 1];
+                if extents.most[lane] < f32::INFINITY {
+                    greatest = greatest.max(extents.most[lane]);
                 }
-                placed.each_tile(tiles, |at, _, _| starts[at] += 1);
-                small.push(placed);
+                let covered = tiles.of(&extents, lane);
+                if all_large || covered.count() > MOST_TILES {
+                    extents.visible &= !(1 << lane);
+                    large.push(Large {
+                        sphere: [x[lane], y[lane], z[lane], r[lane]],
+                        most: extents.most[lane],
+                        index: index as u32,
+                        colour: spheres.colour()[index],
+                        left: extents.left[lane],
+                        right: extents.right[lane],
+                        top: extents.top[lane],
+                        bottom: extents.bottom[lane],
+                    });
+                } else {
+                    any = true;
+                    covered.each(tiles, |at, _, _| starts[at] += 1);
+                }
             }
+            if !all_large {
+                boxes.push(extents);
+            }
+        }
+        if !any {
+            starts.clear();
         }
         let mut total = 0;
         for start in &mut starts {
             total += std::mem::replace(start, total);
         }
         let mut records = vec![Record::default(); total as usize];
-        for placed in &small {
-            placed.each_tile(tiles, |at, column, row| {
-                let (x, y) = (column << tiles.shift, row << tiles.shift);
-                records[starts[at] as usize] = placed.record(x, y, tiles.side());
-                starts[at] += 1;
-            });
+        for (at, extents) in boxes.iter().enumerate().filter(|_| any) {
+            let [x, y, z, r] = eight(at);
+            let mut left = extents.visible;
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize;
+                left &= left - 1;
+                let index = range.start + at * LANES + lane;
+                let record = Record {
+                    sphere: [x[lane], y[lane], z[lane], r[lane]],
+                    most: extents.most[lane],
+                    index: index as u32,
+                    colour: spheres.colour()[index],
+                    ..Record::default()
+                };
+                let sides = [
+                    extents.left[lane],
+                    extents.right[lane],
+                    extents.top[lane],
+                    extents.bottom[lane],
+                ];
+                tiles.of(extents, lane).each(tiles, |at, column, row| {
+                    let (x, y) = (column << tiles.shift, row << tiles.shift);
+                    records[starts[at] as usize] = record.within(sides, x, y, tiles.side());
+                    starts[at] += 1;
+                });
+            }
         }
         // Each start has moved to where the next one was.
         if !starts.is_empty() {
@@ -224,7 +264,7 @@ impl Run {
             starts[0] = 0;
         }
         let run = Self {
-            greatest: greatest(&small),
+            greatest,
             starts,
             records,
         };
@@ -232,12 +272,62 @@ impl Run {
     }
 }
 
-fn greatest(placed: &[Large]) -> f32 {
-    let most = placed.iter().map(|placed| placed.most);
-    most.filter(|most| most.is_finite()).fold(0.0, f32::max)
+/// The tiles of a box: first and last column and row of them.
+#[derive(Clone, Copy, Debug)]
+struct Covered {
+    left: u32,
+    right: u32,
+    top: u32,
+    bottom: u32,
+}
+
+impl Tiles {
+    #[inline]
+    fn of(self, extents: &Extents, lane: usize) -> Covered {
+        Covered {
+            left: extents.left[lane] >> self.shift,
+            right: extents.right[lane] >> self.shift,
+            top: extents.top[lane] >> self.shift,
+            bottom: extents.bottom[lane] >> self.shift,
+        }
+    }
+}
+
+impl Covered {
+    #[inline]
+    fn count(self) -> u64 {
+        let across = u64::from(self.right - self.left) + 1;
+        let down = u64::from(self.bottom - self.top) + 1;
+        across.saturating_mul(down)
+    }
+
+    /// Visits them: place in the table, column, row.
+    #[inline]
+    fn each(self, tiles: Tiles, mut visit: impl FnMut(usize, u32, u32)) {
+        for row in self.top..self.bottom + 1 {
+            let first = row as usize * tiles.columns;
+            for column in self.left..self.right + 1 {
+                visit(first + column as usize, column, row);
+            }
+        }
+    }
 }
 
 impl Record {
+    /// Of a sphere with these sides in the picture, the part in the tile at `(x, y)`.
+    #[inline]
+    fn within(&self, sides: [u32; 4], x: u32, y: u32, side: u32) -> Self {
+        let [left, right, top, bottom] = sides;
+        let within = |at: u32, origin: u32| at.saturating_sub(origin).min(side - 1) as u8;
+        Self {
+            left: within(left, x),
+            right: within(right, x),
+            top: within(top, y),
+            bottom: within(bottom, y),
+            ..*self
+        }
+    }
+
     /// The sphere, by its place in the file.
     pub(super) fn candidate(&self) -> (Seen, Sphere) {
         candidate(self.index, self.sphere, self.colour)
@@ -259,31 +349,16 @@ impl Large {
         candidate(self.index, self.sphere, self.colour)
     }
 
-    /// Visits the tiles of its box: place in the table, column, row.
-    #[inline]
-    fn each_tile(&self, tiles: Tiles, mut visit: impl FnMut(usize, u32, u32)) {
-        let (left, right) = (self.left >> tiles.shift, self.right >> tiles.shift);
-        let (top, bottom) = (self.top >> tiles.shift, self.bottom >> tiles.shift);
-        for row in top..bottom + 1 {
-            let first = row as usize * tiles.columns;
-            for column in left..right + 1 {
-                visit(first + column as usize, column, row);
-            }
-        }
-    }
-
     /// The part of it in the tile at `(x, y)`.
     pub(super) fn record(&self, x: u32, y: u32, side: u32) -> Record {
-        let within = |at: u32, origin: u32| at.saturating_sub(origin).min(side - 1) as u8;
-        Record {
+        let sides = [self.left, self.right, self.top, self.bottom];
+        let record = Record {
             sphere: self.sphere,
             most: self.most,
             index: self.index,
             colour: self.colour,
-            left: within(self.left, x),
-            right: within(self.right, x),
-            top: within(self.top, y),
-            bottom: within(self.bottom, y),
-        }
+            ..Record::default()
+        };
+        record.within(sides, x, y, side)
     }
 }
