@@ -263,15 +263,11 @@ impl<'a> Band<'a> {
         let background = pattern(self.engine.scene.background);
         for (row, line) in (self.first..self.last).zip(self.bytes.chunks_exact_mut(self.row_bytes))
         {
-            let run_of = |painted: &Painted| (painted.start[row], painted.end[row]);
-            // Under the widest run nobody sees the background.
-            let runs = self.scratch.painted.iter().map(run_of);
-            let widest = runs.max_by_key(|(start, end)| end.saturating_sub(*start));
-            let (start, end) = widest.filter(|(start, end)| start < end).unwrap_or((0, 0));
-            paint(run(line, 0, start), &background);
-            paint(run(line, end, self.columns), &background);
+            // All of it: filling brings lines into the cache that painting would have to
+            // read first.
+            paint(line, &background);
             for painted in self.scratch.painted.iter().rev() {
-                let (start, end) = run_of(painted);
+                let (start, end) = (painted.start[row], painted.end[row]);
                 if start < end {
                     paint(run(line, start, end), &painted.pattern);
                 }
