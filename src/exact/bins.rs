@@ -198,8 +198,9 @@ impl Run {
                     extents.visible &= !(1 << lane);
                     continue;
                 }
-                if extents.most[lane] < f32::INFINITY {
-                    greatest = greatest.max(extents.most[lane]);
+                let most = extents.most[lane];
+                if most > greatest && most < f32::INFINITY {
+                    greatest = most;
                 }
                 let covered = tiles.of(&extents, lane);
                 if all_large || covered.count() > MOST_TILES {
@@ -304,11 +305,21 @@ impl Covered {
     /// Visits them: place in the table, column, row.
     #[inline]
     fn each(self, tiles: Tiles, mut visit: impl FnMut(usize, u32, u32)) {
-        for row in self.top..self.bottom + 1 {
+        let mut row = self.top;
+        loop {
             let first = row as usize * tiles.columns;
-            for column in self.left..self.right + 1 {
+            let mut column = self.left;
+            loop {
                 visit(first + column as usize, column, row);
+                if column == self.right {
+                    break;
+                }
+                column += 1;
             }
+            if row == self.bottom {
+                break;
+            }
+            row += 1;
         }
     }
 }
