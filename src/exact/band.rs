@@ -528,6 +528,9 @@ impl<'a> Band<'a> {
     /// The pixels that an outline passes so closely that doubles can't say.
     fn settle_doubtful(&mut self, large: &[&Large]) {
         let engine = self.engine;
+        // Many outlines may pass one pixel.
+        self.scratch.doubtful.sort_unstable();
+        self.scratch.doubtful.dedup();
         for &(column, row) in &self.scratch.doubtful {
             let (within, down) = (column % self.side, row - self.origin);
             let block = block_bit(within as usize / BLOCK, down as usize / BLOCK);

@@ -1,0 +1,27 @@
+//! The engine's shortcuts against the meaning: scenes for each of its ways through
+//! a picture, at every tile size, on any threads, in any cut.
+
+mod common;
+
+use common::{differing_pixels, draw, scene, size};
+use sfera::{
+    camera::ImageSize,
+    render::{Form, Method},
+    scene::Scene,
+};
+
+fn wrong(scene: &Scene, size: ImageSize) -> usize {
+    let exact = draw(scene, size, Method::Exact, Form::Packets);
+    let meaning = draw(scene, size, Method::Reference, Form::Packets);
+    differing_pixels(&exact, &meaning)
+}
+
+/// One after another along the axis, each touching the ray of the only pixel: as
+/// many edges are in doubt there as there are spheres.
+#[test]
+fn a_pixel_in_doubt_for_many_spheres() {
+    let spheres: Vec<[f32; 4]> = (0..20)
+        .map(|at| [1.0, 0.0, 8.0 + 8.0 * at as f32, 1.0])
+        .collect();
+    assert_eq!(wrong(&scene([1.0, 1.0, 1.0], &spheres), size(1, 1)), 0);
+}
