@@ -25,3 +25,16 @@ fn a_pixel_in_doubt_for_many_spheres() {
         .collect();
     assert_eq!(wrong(&scene([1.0, 1.0, 1.0], &spheres), size(1, 1)), 0);
 }
+
+/// Minus zero is zero: the first of two equal spheres is seen.
+#[test]
+fn equal_but_for_the_sign_of_zero() {
+    let first = [-0.0, 0.0, 5.0, 1.0];
+    let second = [0.0, -0.0, 5.0, 1.0];
+    for spheres in [[first, second], [second, first]] {
+        for copies in [1, 40] {
+            let spheres = spheres.repeat(copies);
+            assert_eq!(wrong(&scene([1.0, 1.0, 1.0], &spheres), size(9, 9)), 0);
+        }
+    }
+}
