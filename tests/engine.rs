@@ -38,3 +38,25 @@ fn equal_but_for_the_sign_of_zero() {
         }
     }
 }
+
+/// Of equal small spheres in one tile, the first of the file is seen, though a tile
+/// sorts them by depth.
+#[test]
+fn equal_small_spheres_in_any_order() {
+    let place = |at: usize| {
+        let (column, row) = (at % 6, at / 6);
+        [
+            column as f32 * 0.08 - 0.2,
+            row as f32 * 0.08 - 0.2,
+            2.0 + 0.01 * (at * 7 % 36) as f32,
+            0.03,
+        ]
+    };
+    for copies in [2, 3] {
+        let mut spheres: Vec<[f32; 4]> = (0..30 * copies).map(|at| place(at * 11 % 30)).collect();
+        // Out of view, so that there are enough to be sorted by tile.
+        spheres.extend((0..64).map(|at| [9.0 + at as f32, 0.0, 4.0, 0.1]));
+        let scene = scene([0.6, 0.6, 1.0], &spheres);
+        assert_eq!(wrong(&scene, size(64, 64)), 0);
+    }
+}
