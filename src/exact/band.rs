@@ -460,7 +460,8 @@ impl<'a> Band<'a> {
     fn paint_small(&mut self, tile: &Tile) -> u64 {
         let engine = self.engine;
         let mut records = std::mem::take(&mut self.scratch.records);
-        records.sort_unstable_by(|a, b| a.most.total_cmp(&b.most));
+        // Packets take equal spheres to be in the order of the file.
+        records.sort_unstable_by(|a, b| a.most.total_cmp(&b.most).then(a.index.cmp(&b.index)));
         let across = (self.columns as usize).div_ceil(BLOCK);
         let origin = tile.column as usize / BLOCK;
         let mut contested = 0;
@@ -546,6 +547,9 @@ impl<'a> Band<'a> {
     /// The pixels that an outline passes so closely that doubles can't say.
     fn settle_doubtful(&mut self, large: &[&Large]) {
         let engine = self.engine;
+        // Many outlines may pass one pixel.
+        self.scratch.doubtful.sort_unstable();
+        self.scratch.doubtful.dedup();
         for &(column, row) in &self.scratch.doubtful {
             let (within, down) = (column % self.side, row - self.origin);
             let block = block_bit(within as usize / BLOCK, down as usize / BLOCK);

@@ -21,6 +21,9 @@
 //! and Stability of Numerical Algorithms, 2nd ed., 2002, ch. 3. Inputs are
 //! floats, so their sums of squares neither overflow nor vanish in doubles.
 
+#[cfg(test)]
+mod tests;
+
 use wide::f64x8;
 
 use super::{
@@ -399,16 +402,22 @@ impl Outline {
         })
     }
 
-    /// The columns of `first..last` in which eight rows see the sphere, of rows with
-    /// these `Y` and `Y^2 + 1`.
+    /// Where eight rows enter and leave the outline, within `slack`, and their `m`.
     #[inline]
-    pub(super) fn ends(&self, y: f64x8, squared: f64x8, first: u32, last: u32) -> Ends {
+    fn sides(&self, y: f64x8, squared: f64x8) -> (f64x8, f64x8, f64x8) {
         let n = splat(self.y) - splat(self.z) * y;
         let m = splat(self.y) * y + splat(self.z);
         let e = splat(self.squared_radius) * squared - n * n;
         let half = splat(self.half) * e.fast_max(splat(0.0)).sqrt();
         let middle = splat(self.middle) + splat(self.lean) * m;
-        let (left, right) = (middle - half, middle + half);
+        (middle - half, middle + half, m)
+    }
+
+    /// The columns of `first..last` in which eight rows see the sphere, of rows with
+    /// these `Y` and `Y^2 + 1`.
+    #[inline]
+    pub(super) fn ends(&self, y: f64x8, squared: f64x8, first: u32, last: u32) -> Ends {
+        let (left, right, m) = self.sides(y, squared);
         let slack = splat(self.slack);
         let one = splat(1.0);
         let clamped = |end: f64x8| {

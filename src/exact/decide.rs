@@ -13,6 +13,9 @@
 //! Squares and fourth powers of floats are normal doubles (`2^-596` to `2^520`),
 //! so the relative bounds below need no term for underflow.
 
+#[cfg(test)]
+mod tests;
+
 use crate::{
     camera::Camera,
     exact::integers,

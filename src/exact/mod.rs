@@ -10,6 +10,8 @@ mod conic;
 mod decide;
 mod integers;
 mod packet;
+#[cfg(test)]
+mod trials;
 
 use std::ops::AddAssign;
 

@@ -12,6 +12,9 @@
 //! doubtful hit never leads; what would overflow has bounds of infinity, so it
 //! rivals everything. What is left open goes to [`decide`](super::decide).
 
+#[cfg(test)]
+mod tests;
+
 use wide::f32x8;
 
 use super::{

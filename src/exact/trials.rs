@@ -1,0 +1,402 @@
+//! What the tests of bounds share: hard cases by the number of the trial, and what
+//! is true of them, in dyadic rationals.
+//!
+//! Columns and rows may be any doubles here: what holds for every real point of a
+//! picture holds for its pixels, and can be asked right beside an edge.
+
+use dashu::float::FBig;
+
+use super::{conic::Around, decide::U};
+use crate::{
+    camera::{Camera, ImageSize},
+    scene::Viewport,
+    spheres::Sphere,
+};
+
+pub(super) type Dyadic = FBig;
+
+/// A finite double as it stands, at unlimited precision.
+pub(super) fn dyadic(value: f64) -> Dyadic {
+    let exact = Dyadic::try_from(value).expect("a finite double");
+    exact.with_precision(0).value()
+}
+
+/// What a ray has to do with a sphere, exactly; `V` is scaled so that it is dyadic.
+#[derive(Clone, Debug)]
+pub(super) struct Truth {
+    /// `B = C.V`
+    pub(super) b: Dyadic,
+    /// `c = C.C - r^2`
+    pub(super) c: Dyadic,
+    /// `D = B^2 - A c`
+    pub(super) d: Dyadic,
+    a: Dyadic,
+    /// The z of `V`.
+    pub(super) z: Dyadic,
+}
+
+impl Truth {
+    pub(super) fn new(camera: &Camera, sphere: &Sphere, column: f64, row: f64) -> Self {
+        let viewport = camera.viewport();
+        let along = |side: u32, extent: f32, at: f64, sign: f64| {
+            let last = f64::from(side - 1);
+            if last == 0.0 {
+                (dyadic(0.0), dyadic(1.0))
+            } else {
+                let twice = dyadic(2.0) * dyadic(at) - dyadic(last);
+                (dyadic(sign * f64::from(extent)) * twice, dyadic(2.0 * last))
+            }
+        };
+        let size = camera.size();
+        let (x, x_unit) = along(size.width(), viewport.width, column, 1.0);
+        let (y, y_unit) = along(size.height(), viewport.height, row, -1.0);
+        let z = dyadic(f64::from(viewport.distance)) * &x_unit * &y_unit;
+        let v = [x * y_unit, y * x_unit, z];
+        let centre = sphere.centre.map(|length| dyadic(f64::from(length)));
+        let radius = dyadic(f64::from(sphere.radius));
+        let dot = |p: &[Dyadic; 3], q: &[Dyadic; 3]| &p[0] * &q[0] + &p[1] * &q[1] + &p[2] * &q[2];
+        let a = dot(&v, &v);
+        let b = dot(&centre, &v);
+        let c = dot(&centre, &centre) - &radius * &radius;
+        let d = &b * &b - &a * &c;
+        let [.., z] = v;
+        Self { b, c, d, a, z }
+    }
+
+    pub(super) fn hit(&self) -> bool {
+        let zero = Dyadic::ZERO;
+        self.c < zero || self.b > zero && (self.c == zero || self.d >= zero)
+    }
+
+    /// `(p, d, q)` with `1/z = (p + sqrt d)/q` of the hit, `q > 0`.
+    fn inverse_depth(&self) -> (Dyadic, Dyadic, Dyadic) {
+        let zero = Dyadic::ZERO;
+        if self.c == zero {
+            (self.a.clone(), zero, dyadic(2.0) * &self.b * &self.z)
+        } else if self.c > zero {
+            (self.b.clone(), self.d.clone(), &self.c * &self.z)
+        } else {
+            (-&self.b, self.d.clone(), -&self.c * &self.z)
+        }
+    }
+
+    /// Whether `1/z` of the hit, times `scale`, is at most `bound`.
+    pub(super) fn at_most(&self, bound: f64, scale: f64) -> bool {
+        if bound == f64::INFINITY {
+            return true;
+        }
+        let (p, d, q) = self.inverse_depth();
+        let scale = dyadic(scale);
+        let rest = dyadic(bound) * q - p * &scale;
+        rest >= Dyadic::ZERO && d * &scale * scale <= &rest * &rest
+    }
+
+    /// Whether `1/z` of the hit, times `scale`, is at least `bound`.
+    pub(super) fn at_least(&self, bound: f64, scale: f64) -> bool {
+        if bound == f64::NEG_INFINITY {
+            return true;
+        }
+        // An infinite bound says: more than any float.
+        let bound = if bound == f64::INFINITY {
+            f64::from(f32::MAX)
+        } else {
+            bound
+        };
+        let (p, d, q) = self.inverse_depth();
+        let scale = dyadic(scale);
+        let rest = dyadic(bound) * q - p * &scale;
+        rest <= Dyadic::ZERO || d * &scale * scale >= &rest * &rest
+    }
+}
+
+/// A sphere, a camera, and a pixel where something is close.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Trial {
+    pub(super) camera: Camera,
+    pub(super) sphere: Sphere,
+    pub(super) column: u32,
+    pub(super) row: u32,
+}
+
+impl Trial {
+    /// The case of this number.
+    pub(super) fn new(number: u64) -> Self {
+        let mut random = Random::new(number);
+        let random = &mut random;
+        let size = image_size(random);
+        let viewport = viewport(random);
+        let camera = Camera::new(viewport, size);
+        let mut at = |side: u32| match random.below(8) {
+            0 => 0,
+            1 => side - 1,
+            2 => side / 2,
+            _ => random.below(u64::from(side)) as u32,
+        };
+        let (column, row) = (at(size.width()), at(size.height()));
+        let sphere = sphere(random, &camera, column, row);
+        let mut trial = Self {
+            camera,
+            sphere,
+            column,
+            row,
+        };
+        if random.below(2) == 0 {
+            trial.column = trial.edge(random.below(2) == 0);
+        }
+        trial
+    }
+
+    /// A column of the row where the sphere's outline is, as well as doubles can say.
+    fn edge(&self, left: bool) -> u32 {
+        let [x, y, z] = self.sphere.centre.map(f64::from);
+        let r = f64::from(self.sphere.radius);
+        let slope = self.camera.y_slope(i64::from(self.row));
+        let k = y * y + z * z - r * r;
+        let n = y - z * slope;
+        let e = r * r * (slope * slope + 1.0) - n * n;
+        let root = ((x * x + k) * e).max(0.0).sqrt();
+        let side = if left { -root } else { root };
+        let slope = (x * (y * slope + z) + side) / k;
+        let last = f64::from(self.camera.size().width() - 1);
+        let column = (slope / self.camera.x_extent() + 0.5) * last;
+        if (0.0..=last).contains(&column) {
+            column.round() as u32
+        } else {
+            self.column
+        }
+    }
+
+    /// What fails is shown by the number of the trial, and by its bits.
+    pub(super) fn describe(&self) -> String {
+        let Viewport {
+            width,
+            height,
+            distance,
+        } = self.camera.viewport();
+        let [x, y, z] = self.sphere.centre;
+        let bits = |floats: &[f32]| {
+            let words = floats
+                .iter()
+                .map(|float| format!("{:08x} ({float:e})", float.to_bits()));
+            words.collect::<Vec<_>>().join(" ")
+        };
+        format!(
+            "viewport {} sphere {} of {:?} at ({}, {})",
+            bits(&[width, height, distance]),
+            bits(&[x, y, z, self.sphere.radius]),
+            self.camera.size(),
+            self.column,
+            self.row,
+        )
+    }
+
+    pub(super) fn truth(&self) -> Truth {
+        self.truth_at(f64::from(self.column), f64::from(self.row))
+    }
+
+    pub(super) fn truth_at(&self, column: f64, row: f64) -> Truth {
+        Truth::new(&self.camera, &self.sphere, column, row)
+    }
+}
+
+/// Runs `check` on trials `0..count`; it says what is wrong, if anything.
+pub(super) fn each_trial(
+    count: u64,
+    mut check: impl FnMut(&Trial, &mut Random) -> Result<(), String>,
+) {
+    for number in 0..count {
+        let trial = Trial::new(number);
+        let mut random = Random::new(!number);
+        if let Err(wrong) = check(&trial, &mut random) {
+            panic!("trial {number}: {wrong}; {}", trial.describe());
+        }
+    }
+}
+
+/// A tile that holds the trial's pixel, and depths as if of a scene with a sphere
+/// that is as near, or far nearer.
+pub(super) fn around(trial: &Trial, most: f32, random: &mut Random) -> Around {
+    let side = 8_u32 << random.below(4);
+    let greatest = if most.is_finite() { most } else { f32::MAX };
+    let exponent = f64::from(greatest.max(f32::MIN_POSITIVE)).log2().floor();
+    let nearer = [0.0, 0.0, 0.0, 5.0, 20.0, 60.0][random.below(6) as usize];
+    Around {
+        column: i64::from(trial.column / side * side + side / 2),
+        row: i64::from(trial.row / side * side + side / 2),
+        half: f64::from(side / 2),
+        scale: (-(exponent + nearer).min(127.0)).exp2(),
+    }
+}
+
+fn image_size(random: &mut Random) -> ImageSize {
+    const MOST: u32 = u32::MAX;
+    let sizes = [
+        (1, 1),
+        (1, 9),
+        (2, 2),
+        (9, 1),
+        (9, 7),
+        (33, 33),
+        (64, 48),
+        (257, 193),
+        (1920, 1080),
+        (7680, 4320),
+        (65_536, 65),
+        (MOST, 1),
+        (MOST, 3),
+        (MOST, 33),
+        (MOST - 1, 65_536),
+        (33, MOST),
+        (2, MOST),
+    ];
+    let (width, height) = sizes[random.below(sizes.len() as u64) as usize];
+    ImageSize::new(width, height).expect("a size that can be addressed")
+}
+
+fn viewport(random: &mut Random) -> Viewport {
+    let [width, height, distance] = match random.below(8) {
+        // Through a keyhole, so that a tile is a very small part of an outline.
+        0 | 1 => {
+            let narrow = random.power(10.0, -9.0, -1.0);
+            [narrow * random.between(0.5, 2.0), narrow, 1.0]
+        }
+        2 => [
+            random.power(10.0, 0.0, 4.0),
+            random.power(10.0, 0.0, 4.0),
+            1.0,
+        ],
+        3 => [0.0; 3].map(|_| random.power(2.0, -149.0, 127.9)),
+        4 => [0.0; 3].map(|_| random.below(1 << 20) as f64 + 1.0),
+        _ => [0.0; 3].map(|_| random.between(0.3, 3.0)),
+    };
+    let positive = |length: f64| (length as f32).clamp(f32::from_bits(1), f32::MAX);
+    Viewport {
+        width: positive(width),
+        height: positive(height),
+        distance: positive(distance),
+    }
+}
+
+fn sphere(random: &mut Random, camera: &Camera, column: u32, row: u32) -> Sphere {
+    let ray = [
+        camera.x_slope(i64::from(column)),
+        camera.y_slope(i64::from(row)),
+        1.0,
+    ];
+    let length = |v: [f64; 3]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+    let ray = ray.map(|component| component / length(ray));
+    let depth = random.power(10.0, -2.0, 4.0);
+    let radius = depth * random.power(10.0, -6.0, 3.0);
+    let direction = random.direction();
+    let plus = |a: [f64; 3], factor: f64, b: [f64; 3]| -> [f64; 3] {
+        std::array::from_fn(|i| a[i] + factor * b[i])
+    };
+    let across = {
+        let along = (0..3).map(|i| direction[i] * ray[i]).sum::<f64>();
+        let across = plus(direction, -along, ray);
+        across.map(|component| component / length(across).max(1e-9))
+    };
+    let near_one = 1.0 + random.sign() * random.power(10.0, -17.0, -1.0);
+    let ahead = ray.map(|component| component * depth);
+    let (centre, radius) = match random.below(10) {
+        // The ray touches it, or almost.
+        0..=2 => (plus(ahead, radius * near_one, across), radius),
+        // Touching rays of the middle row or column, by whole numbers.
+        3 => {
+            let [x, y, z] = whole_touching(random, camera, column, row);
+            let radius = length([x, y, z]);
+            (plus([0.0; 3], 1.0, [x, y, z]), radius * near_one)
+        }
+        // The ray meets it there.
+        4 | 5 => (plus(ahead, radius, direction), radius),
+        // The camera is close to its surface.
+        6 => (
+            direction.map(|component| component * radius * near_one),
+            radius,
+        ),
+        // It touches the plane of the camera, or almost.
+        7 => {
+            let [x, y, _] = plus([0.0; 3], depth, direction);
+            ([x, y, radius * near_one], radius)
+        }
+        8 => {
+            let digit = |random: &mut Random| random.below(15) as f64 - 7.0;
+            ([0.0; 3].map(|_| digit(random)), digit(random).abs() + 1.0)
+        }
+        _ => {
+            let any = |random: &mut Random| loop {
+                let float = f32::from_bits(random.next() as u32);
+                if float.is_finite() {
+                    return f64::from(float);
+                }
+            };
+            ([0.0; 3].map(|_| any(random)), any(random).abs())
+        }
+    };
+    let scale = match random.below(8) {
+        0 => random.power(2.0, -140.0, -60.0),
+        1 => random.power(2.0, 60.0, 126.0),
+        _ => 1.0,
+    };
+    let float = |length: f64| ((length * scale) as f32).clamp(-f32::MAX, f32::MAX);
+    let mut sphere = Sphere {
+        centre: centre.map(float),
+        radius: float(radius).max(f32::from_bits(1)),
+        colour: [0; 3],
+    };
+    match random.below(6) {
+        0 => sphere.radius = sphere.radius.next_up().min(f32::MAX),
+        1 => sphere.radius = sphere.radius.next_down().max(f32::from_bits(1)),
+        _ => {}
+    }
+    sphere
+}
+
+/// A centre somewhere about the ray, of few digits.
+fn whole_touching(random: &mut Random, camera: &Camera, column: u32, row: u32) -> [f64; 3] {
+    let depth = random.below(1 << 10) as f64 + 1.0;
+    let x = (camera.x_slope(i64::from(column)) * depth * 16.0).round() / 16.0;
+    let y = (camera.y_slope(i64::from(row)) * depth * 16.0).round() / 16.0;
+    [x, y, depth]
+}
+
+/// `SplitMix64`, as in [`families`](crate::families).
+pub(super) struct Random(u64);
+
+impl Random {
+    pub(super) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    pub(super) fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * (self.next() >> 11) as f64 * U
+    }
+
+    pub(super) fn below(&mut self, count: u64) -> u64 {
+        self.next() % count
+    }
+
+    /// Evenly by magnitude.
+    pub(super) fn power(&mut self, base: f64, low: f64, high: f64) -> f64 {
+        base.powf(self.between(low, high))
+    }
+
+    fn sign(&mut self) -> f64 {
+        if self.below(2) == 0 { 1.0 } else { -1.0 }
+    }
+
+    fn direction(&mut self) -> [f64; 3] {
+        let z = self.between(-1.0, 1.0);
+        let angle = self.between(0.0, std::f64::consts::TAU);
+        let across = (1.0 - z * z).sqrt();
+        [across * angle.cos(), across * angle.sin(), z]
+    }
+}
