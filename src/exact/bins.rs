@@ -5,6 +5,8 @@
 //! that no two threads write to one place. A sphere that would go to many tiles
 //! is large instead: one record for the whole picture, nearest first.
 
+use bytemuck::{Pod, Zeroable};
+use memmap2::{Advice, MmapMut};
 use rayon::prelude::*;
 
 use super::{
@@ -17,7 +19,7 @@ use crate::{
 };
 
 /// A sphere in a tile: half a cache line.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub(super) struct Record {
     /// Centre and radius.
@@ -32,6 +34,7 @@ pub(super) struct Record {
     pub(super) right: u8,
     pub(super) top: u8,
     pub(super) bottom: u8,
+    unused: u8,
 }
 
 /// A sphere of many tiles.
@@ -93,7 +96,50 @@ impl Tiles {
 struct Run {
     greatest: f32,
     starts: Vec<u32>,
-    records: Vec<Record>,
+    records: Records,
+}
+
+/// Room for records: many of them in huge pages if there are any, since getting
+/// small ones takes as long as filling them.
+#[derive(Debug)]
+enum Records {
+    Heap(Vec<Record>),
+    Mapped(MmapMut),
+}
+
+impl Default for Records {
+    fn default() -> Self {
+        Self::Heap(Vec::new())
+    }
+}
+
+impl Records {
+    fn new(count: usize) -> Self {
+        const HUGE_PAGE: usize = 2 << 20;
+        let bytes = count * size_of::<Record>();
+        if bytes >= HUGE_PAGE
+            && let Ok(map) = MmapMut::map_anon(bytes)
+        {
+            // Advice: refused, it is merely slower.
+            let _ = map.advise(Advice::HugePage);
+            return Self::Mapped(map);
+        }
+        Self::Heap(vec![Record::default(); count])
+    }
+
+    fn all(&self) -> &[Record] {
+        match self {
+            Self::Heap(records) => records,
+            Self::Mapped(map) => bytemuck::cast_slice(map),
+        }
+    }
+
+    fn all_mut(&mut self) -> &mut [Record] {
+        match self {
+            Self::Heap(records) => records,
+            Self::Mapped(map) => bytemuck::cast_slice_mut(map),
+        }
+    }
 }
 
 impl Bins {
@@ -107,22 +153,26 @@ impl Bins {
         // Every run has a table of all tiles: it should not be most of its work.
         let run = RUN.max(tiles.count()).next_multiple_of(LANES);
         let all_large = spheres.len() <= FEW_SPHERES || bounds == Bounds::Refused;
-        let filled = |first: usize| {
+        let filled = |boxes: &mut Vec<Extents>, first: usize| {
             let last = (first + run).min(spheres.len());
-            Run::fill(spheres, first..last, grid, tiles, all_large)
+            Run::fill(spheres, first..last, grid, tiles, all_large, boxes)
         };
         let firsts: Vec<usize> = (0..spheres.len()).step_by(run).collect();
         let filled: Vec<_> = if firsts.len() <= 1 {
-            firsts.into_iter().map(filled).collect()
+            let boxes = &mut Vec::new();
+            firsts
+                .into_iter()
+                .map(|first| filled(boxes, first))
+                .collect()
         } else {
-            firsts.into_par_iter().map(filled).collect()
+            firsts.into_par_iter().map_init(Vec::new, filled).collect()
         };
         let mut runs = Vec::with_capacity(filled.len());
         let mut large = Vec::new();
         let mut greatest = 0.0_f32;
         for (run, larges) in filled {
             greatest = greatest.max(run.greatest);
-            if !run.records.is_empty() {
+            if !run.starts.is_empty() {
                 runs.push(run);
             }
             large.extend(larges);
@@ -151,9 +201,9 @@ impl Bins {
     /// The small spheres of a tile, by its column and row.
     pub(super) fn records(&self, column: u32, row: u32) -> impl Iterator<Item = &[Record]> + Clone {
         let at = row as usize * self.tiles.columns + column as usize;
-        self.runs
-            .iter()
-            .map(move |run| &run.records[run.starts[at] as usize..run.starts[at + 1] as usize])
+        self.runs.iter().map(move |run| {
+            &run.records.all()[run.starts[at] as usize..run.starts[at + 1] as usize]
+        })
     }
 
     /// Side of a tile in pixels.
@@ -174,6 +224,7 @@ impl Run {
         grid: &Grid,
         tiles: Tiles,
         all_large: bool,
+        boxes: &mut Vec<Extents>,
     ) -> (Self, Vec<Large>) {
         let components = [spheres.x(), spheres.y(), spheres.z(), spheres.radius()];
         let eight = |at: usize| {
@@ -183,7 +234,7 @@ impl Run {
                 std::array::from_fn(|lane| all[lane])
             })
         };
-        let mut boxes = Vec::with_capacity(range.len().div_ceil(LANES));
+        boxes.clear();
         let mut large = Vec::new();
         let mut starts = vec![0_u32; if all_large { 0 } else { tiles.count() + 1 }];
         let mut greatest = 0.0_f32;
@@ -233,7 +284,8 @@ impl Run {
         for start in &mut starts {
             total += std::mem::replace(start, total);
         }
-        let mut records = vec![Record::default(); total as usize];
+        let mut store = Records::new(total as usize);
+        let records = store.all_mut();
         for (at, extents) in boxes.iter().enumerate().filter(|_| any) {
             let [x, y, z, r] = eight(at);
             let mut left = extents.visible;
@@ -269,7 +321,7 @@ impl Run {
         let run = Self {
             greatest,
             starts,
-            records,
+            records: store,
         };
         (run, large)
     }

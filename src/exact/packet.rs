@@ -27,7 +27,7 @@ use crate::{
     camera::BYTES_PER_PIXEL,
     methods::{NONE, Seen},
     scene::Scene,
-    spheres::{LANES, Rgb, Sphere},
+    spheres::{LANES, Rgb},
 };
 
 /// Rows and columns of a block.
@@ -221,12 +221,12 @@ pub(super) struct Contest<'a> {
 #[derive(Debug, Default)]
 pub(super) struct Depths {
     rows: Vec<Row>,
-    /// What was met in the tile.
-    candidates: Vec<(Seen, Sphere)>,
+    /// What was met in the tile, by place among the records.
+    candidates: Vec<u32>,
     /// First and last column and row of each candidate.
     boxes: Vec<[u8; 4]>,
     order: Vec<u64>,
-    unordered: Vec<u64>,
+    ordering: Order,
 }
 
 impl Depths {
@@ -288,7 +288,9 @@ impl Depths {
             if boxes.iter().fold(false, |any, sides| any | holds(sides)) {
                 let holding = boxes.iter().zip(candidates);
                 let holding = holding.filter(|(sides, _)| holds(sides));
-                near.extend(holding.map(|(_, candidate)| *candidate));
+                let holding =
+                    holding.map(|(_, &place)| contest.records[place as usize].candidate());
+                near.extend(holding);
             }
         }
         let trusted = contest.bounds != Bounds::Refused;
@@ -322,7 +324,7 @@ impl Depths {
         self.candidates.clear();
         self.boxes.clear();
         let mut order = std::mem::take(&mut self.order);
-        nearest_first(records, blocks, &mut order, &mut self.unordered);
+        nearest_first(records, blocks, &mut order, &mut self.ordering);
 
         let mut floors = [f32::NEG_INFINITY; BLOCKS * BLOCKS];
         let mut floor = f32::NEG_INFINITY;
@@ -351,7 +353,7 @@ impl Depths {
                 equal = Some(record.sphere);
                 floor = floor.max(local.least[lane]);
                 let sides = [record.left, record.right, record.top, record.bottom];
-                self.candidates.push(record.candidate());
+                self.candidates.push(place(lane) as u32);
                 self.boxes.push(sides);
                 let mut open = blocks & blocks_of_box(record);
                 if floors_known {
@@ -387,6 +389,18 @@ impl Depths {
         blocks: u64,
     ) -> u64 {
         let [left, right, top, bottom] = [left, right, top, bottom].map(usize::from);
+        if blocks == 0 {
+            return 0;
+        }
+        if right - left < LANES && bottom - top < BLOCK {
+            // One packet a row, wherever it begins: what it meets besides is a miss.
+            let terms = terms(top as f32 - half);
+            let p = f32x8::new(STEPS) + f32x8::splat(left as f32 - half);
+            for (row, packets) in self.rows[top..bottom + 1].iter_mut().enumerate() {
+                packets.meet::<PROVEN>(&terms, row, left, p);
+            }
+            return (bottom + 1 - top) as u64;
+        }
         let mut met = 0;
         for down in top / BLOCK..bottom / BLOCK + 1 {
             let in_row = blocks >> (down * BLOCKS) & 0xff;
@@ -448,9 +462,9 @@ pub(super) fn colour_of(scene: &Scene, seen: Seen) -> Rgb {
 
 /// The places of `records` that touch `blocks`, in `order`'s low halves, the nearest
 /// first; what is equally near is ordered by file.
-fn nearest_first(records: &[Record], blocks: u64, order: &mut Vec<u64>, unordered: &mut Vec<u64>) {
-    const BUCKETS: usize = 256;
-    unordered.clear();
+fn nearest_first(records: &[Record], blocks: u64, order: &mut Vec<u64>, scratch: &mut Order) {
+    let Order { keys, starts } = scratch;
+    keys.clear();
     let (mut low, mut high) = (u64::MAX, 0);
     let mut sorted = true;
     for (at, record) in (0_u64..).zip(records) {
@@ -459,37 +473,46 @@ fn nearest_first(records: &[Record], blocks: u64, order: &mut Vec<u64>, unordere
             let key = u64::from(!record.most.to_bits()) << 32 | at;
             sorted &= key >= high;
             (low, high) = (low.min(key), high.max(key));
-            unordered.push(key);
+            keys.push(key);
         }
     }
     if sorted {
-        std::mem::swap(order, unordered);
+        std::mem::swap(order, keys);
         return;
     }
-    // Into buckets of like depth, and each of them by itself.
-    let shift = (64 - (high - low).leading_zeros()).saturating_sub(BUCKETS.ilog2());
+    // Into as many buckets of like depth as there are keys, and each by itself.
+    let bits = keys.len().ilog2().clamp(4, 12);
+    let shift = (64 - (high - low).leading_zeros()).saturating_sub(bits);
     let bucket = |key: u64| ((key - low) >> shift) as usize;
-    let mut starts = [0_u32; BUCKETS + 1];
-    for &key in &*unordered {
+    starts.clear();
+    starts.resize((1 << bits) + 1, 0);
+    for &key in &*keys {
         starts[bucket(key)] += 1;
     }
     let mut total = 0;
-    for start in &mut starts {
+    for start in &mut *starts {
         total += std::mem::replace(start, total);
     }
-    order.resize(unordered.len(), 0);
-    for &key in &*unordered {
+    order.resize(keys.len(), 0);
+    for &key in &*keys {
         let start = &mut starts[bucket(key)];
         order[*start as usize] = key;
         *start += 1;
     }
     let mut first = 0;
-    for last in starts {
+    for &last in &*starts {
         if last > first + 1 {
             order[first as usize..last as usize].sort_unstable();
         }
         first = last;
     }
+}
+
+/// Room for ordering.
+#[derive(Debug, Default)]
+struct Order {
+    keys: Vec<u64>,
+    starts: Vec<u32>,
 }
 
 /// The blocks of a sphere's box.
