@@ -117,8 +117,9 @@ impl Records {
     fn new(count: usize) -> Self {
         const HUGE_PAGE: usize = 2 << 20;
         let bytes = count * size_of::<Record>();
+        // Maps of whole huge pages begin at one.
         if bytes >= HUGE_PAGE
-            && let Ok(map) = MmapMut::map_anon(bytes)
+            && let Ok(map) = MmapMut::map_anon(bytes.next_multiple_of(HUGE_PAGE))
         {
             // Advice: refused, it is merely slower.
             let _ = map.advise(Advice::HugePage);
