@@ -239,9 +239,22 @@ impl Depths {
         row_bytes: usize,
         counts: &mut Counts,
     ) {
+        // Where little lies behind other spheres, ordering them costs more than it saves,
+        // but for equal ones, which only an order tells apart quickly.
+        let box_of = |record: &Record| {
+            let (across, down) = (record.right - record.left, record.bottom - record.top);
+            (u64::from(across) + 1) * (u64::from(down) + 1)
+        };
+        let overdraw = contest.records.iter().map(box_of).sum::<u64>();
+        let shallow = overdraw < SHALLOW * (SIDE * SIDE) as u64;
         match contest.bounds {
-            Bounds::Ignored => self.meet_all::<false>(contest, counts),
-            _ => self.meet_all::<true>(contest, counts),
+            Bounds::Ignored => self.meet_all::<false>(contest, !shallow, counts),
+            _ => {
+                self.meet_all::<true>(contest, !shallow, counts);
+                if shallow && self.count_open(contest) > MANY_OPEN {
+                    self.meet_all::<true>(contest, true, counts);
+                }
+            }
         }
         let tile = &contest.tile;
         for row in tile.first..tile.last {
@@ -274,6 +287,15 @@ impl Depths {
         }
     }
 
+    fn count_open(&self, contest: &Contest<'_>) -> u32 {
+        let open = set_bits(contest.blocks).map(|block| {
+            let (first, rows) = columns_and_rows(block);
+            let rows = self.rows[rows].iter();
+            rows.map(|row| row.open(first).count_ones()).sum::<u32>()
+        });
+        open.sum()
+    }
+
     fn decide(&self, contest: &Contest<'_>, column: usize, row: usize) -> (Seen, Rung) {
         let tile = &contest.tile;
         let at = (tile.column + column as u32, tile.row + row as u32);
@@ -299,7 +321,12 @@ impl Depths {
 
     /// All candidates of the tile, the nearest first, each in the blocks where it
     /// isn't hidden.
-    fn meet_all<const PROVEN: bool>(&mut self, contest: &Contest<'_>, counts: &mut Counts) {
+    fn meet_all<const PROVEN: bool>(
+        &mut self,
+        contest: &Contest<'_>,
+        sorted: bool,
+        counts: &mut Counts,
+    ) {
         let &Contest {
             tile,
             blocks,
@@ -324,7 +351,10 @@ impl Depths {
         self.candidates.clear();
         self.boxes.clear();
         let mut order = std::mem::take(&mut self.order);
-        nearest_first(records, blocks, &mut order, &mut self.ordering);
+        touching(records, blocks, &mut order);
+        if sorted {
+            nearest_first(&mut order, &mut self.ordering);
+        }
 
         let mut floors = [f32::NEG_INFINITY; BLOCKS * BLOCKS];
         let mut floor = f32::NEG_INFINITY;
@@ -334,7 +364,7 @@ impl Depths {
         for eight in order.chunks(LANES) {
             let place = |lane: usize| eight[lane.min(eight.len() - 1)] as u32 as usize;
             let of: [&Record; LANES] = std::array::from_fn(|lane| &records[place(lane)]);
-            if f64::from(of[0].most) * around.scale < f64::from(floor) {
+            if sorted && f64::from(of[0].most) * around.scale < f64::from(floor) {
                 break;
             }
             let lanes = Lanes::of(of.into_iter().map(|record| record.sphere));
@@ -447,6 +477,12 @@ fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
     })
 }
 
+/// Boxes that would cover a tile so many times are worth ordering.
+const SHALLOW: u64 = 16;
+
+/// So many open pixels in a tile are no accident: some spheres may be equal.
+const MANY_OPEN: u32 = 64;
+
 /// After so many candidates, and again after each quarter more, it is asked what
 /// those before them hide.
 const FIRST_FLOORS: usize = 32;
@@ -460,26 +496,26 @@ pub(super) fn colour_of(scene: &Scene, seen: Seen) -> Rgb {
     }
 }
 
-/// The places of `records` that touch `blocks`, in `order`'s low halves, the nearest
-/// first; what is equally near is ordered by file.
-fn nearest_first(records: &[Record], blocks: u64, order: &mut Vec<u64>, scratch: &mut Order) {
-    let Order { keys, starts } = scratch;
+/// The places of `records` that touch `blocks`, as the low halves of keys that are
+/// the less the nearer a sphere is, and of those that are equally near by file.
+fn touching(records: &[Record], blocks: u64, keys: &mut Vec<u64>) {
     keys.clear();
-    let (mut low, mut high) = (u64::MAX, 0);
-    let mut sorted = true;
-    for (at, record) in (0_u64..).zip(records) {
-        if blocks == u64::MAX || blocks_of_box(record) & blocks != 0 {
-            // Depths are not negative, so their bits are ordered as they are.
-            let key = u64::from(!record.most.to_bits()) << 32 | at;
-            sorted &= key >= high;
-            (low, high) = (low.min(key), high.max(key));
-            keys.push(key);
-        }
-    }
-    if sorted {
-        std::mem::swap(order, keys);
+    let places = (0_u64..).zip(records);
+    let touching =
+        places.filter(|(_, record)| blocks == u64::MAX || blocks_of_box(record) & blocks != 0);
+    // Depths are not negative, so their bits are ordered as they are.
+    keys.extend(touching.map(|(at, record)| u64::from(!record.most.to_bits()) << 32 | at));
+}
+
+/// Sorts keys.
+fn nearest_first(order: &mut Vec<u64>, scratch: &mut Order) {
+    if order.is_sorted() {
         return;
     }
+    let Order { keys, starts } = scratch;
+    std::mem::swap(order, keys);
+    let ends = |(low, high): (u64, u64), &key: &u64| (low.min(key), high.max(key));
+    let (low, high) = keys.iter().fold((u64::MAX, 0), ends);
     // Into as many buckets of like depth as there are keys, and each by itself.
     let bits = keys.len().ilog2().clamp(4, 12);
     let shift = (64 - (high - low).leading_zeros()).saturating_sub(bits);
