@@ -23,7 +23,8 @@ use std::{
 
 use clap::Parser;
 use sfera::{
-    render::{Counts, Renderer},
+    exact,
+    render::{Counts, Method, Renderer},
     scene::Scene,
 };
 
@@ -138,8 +139,16 @@ fn destination(job: &Job) -> Result<Destination, Failure> {
 }
 
 /// The one place where a scene is read.
+/// The scene, of some rows without the spheres that can't show in them.
 fn read_scene(job: &Job) -> Result<Scene, Failure> {
-    Ok(Scene::read(&job.scene)?)
+    let exact = matches!(job.method(), Method::Exact | Method::Reference);
+    if job.rows.is_some() && exact {
+        let (size, rows) = (job.size(), job.rows());
+        let filter = |viewport| exact::may_show(viewport, size, rows);
+        Ok(Scene::read_kept(&job.scene, filter)?)
+    } else {
+        Ok(Scene::read(&job.scene)?)
+    }
 }
 
 fn renderer<'scene>(job: &Job, scene: &'scene Scene) -> Renderer<'scene> {

@@ -13,14 +13,18 @@ mod packet;
 #[cfg(test)]
 mod trials;
 
-use std::ops::AddAssign;
+use std::ops::{AddAssign, Range};
 
 pub(crate) use band::Scratch;
 use bins::Bins;
-use conic::Grid;
+use conic::{Extents, Grid, Lanes};
 use decide::Rung;
 
-use crate::{camera::Camera, scene::Scene};
+use crate::{
+    camera::{Camera, ImageSize},
+    scene::{Scene, Viewport},
+    spheres::Sphere,
+};
 
 /// How many pixels each rung of the ladder settled, and at what effort.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -86,6 +90,24 @@ impl Default for Tuning {
             tile: 64,
             bounds: Bounds::default(),
         }
+    }
+}
+
+/// Whether a sphere may show in some rows of a picture, so that a scene can be read
+/// without the others; see [`Scene::read_kept`](crate::scene::Scene::read_kept). True
+/// of every sphere that shows there by the meaning of the picture, which the float
+/// methods may miss.
+pub fn may_show(
+    viewport: Viewport,
+    size: ImageSize,
+    rows: Range<u32>,
+) -> impl Fn(&Sphere) -> bool + Sync {
+    let grid = Grid::new(Camera::new(viewport, size));
+    move |sphere| {
+        let [x, y, z] = sphere.centre;
+        let lanes = Lanes::of([[x, y, z, sphere.radius]].into_iter());
+        let extents = Extents::new(&grid, &lanes);
+        extents.visible & 1 == 1 && extents.top[0] < rows.end && extents.bottom[0] >= rows.start
     }
 }
 
