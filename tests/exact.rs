@@ -318,6 +318,32 @@ fn crowds() {
     }
 }
 
+/// Many equal spheres among many others: the first of the file is seen, however
+/// they are sorted on the way.
+#[test]
+fn crowds_of_equals() {
+    let crossing = [[-0.6, 0.2, 3.0, 0.8], [0.5, 0.2, 3.0, 0.8]];
+    let around = [[0.0, 0.0, 0.0, 1.0], [0.0, 0.25, 0.0, 1.25]];
+    for (equal, count) in [(crossing, 90), (around, 90), (crossing, 200), (around, 200)] {
+        let spheres: Vec<[f32; 4]> = (0..count)
+            .map(|index| match index % 7 {
+                0..3 => equal[0],
+                3 | 4 => equal[1],
+                _ => [
+                    0.01 * index as f32 - 1.0,
+                    -0.5,
+                    2.0 + 0.1 * index as f32,
+                    0.2,
+                ],
+            })
+            .collect();
+        for size in [size(42, 16), size(90, 20)] {
+            let scene = scene([3.0, 2.0, 2.0], &spheres);
+            assert_eq!(wrong(&scene, size), 0, "{equal:?} of {count}, {size:?}");
+        }
+    }
+}
+
 /// Before the camera, behind it, across its plane, around it.
 #[test]
 fn crowds_all_around() {

@@ -442,7 +442,8 @@ impl<'a> Band<'a> {
     fn paint_small(&mut self, tile: &Tile) -> u64 {
         let engine = self.engine;
         let mut records = std::mem::take(&mut self.scratch.records);
-        records.sort_unstable_by(|a, b| a.most.total_cmp(&b.most));
+        // By file where they are equal: packets show the first of equal spheres.
+        records.sort_unstable_by(|a, b| a.most.total_cmp(&b.most).then(a.index.cmp(&b.index)));
         let across = (self.columns as usize).div_ceil(BLOCK);
         let origin = tile.column as usize / BLOCK;
         let mut contested = 0;
