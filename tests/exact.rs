@@ -344,6 +344,33 @@ fn crowds_of_equals() {
     }
 }
 
+/// Spheres that differ in the sign of a zero are equal.
+#[test]
+fn zeros_of_either_sign() {
+    for (count, radius) in [(20, 0.5), (20, 3.0), (90, 0.5), (90, 3.0)] {
+        for seed in 0..4 {
+            let spheres: Vec<[f32; 4]> = (0..count)
+                .map(|index| {
+                    let zero = |bit: i32| {
+                        if (index * 5 + seed) >> bit & 1 == 0 {
+                            0.0
+                        } else {
+                            -0.0
+                        }
+                    };
+                    match index % 3 {
+                        0 => [zero(0), zero(1), 2.0, radius],
+                        1 => [-1.0, zero(2), 2.0, radius],
+                        _ => [zero(0), 1.0, 2.0, radius],
+                    }
+                })
+                .collect();
+            let scene = scene([3.0, 2.0, 2.0], &spheres);
+            assert_eq!(wrong(&scene, size(42, 16)), 0, "{count}, seed {seed}");
+        }
+    }
+}
+
 /// Before the camera, behind it, across its plane, around it.
 #[test]
 fn crowds_all_around() {

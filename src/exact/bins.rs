@@ -126,7 +126,9 @@ impl Bins {
         }
         large.par_sort_unstable_by(|a: &Large, b: &Large| {
             let nearest = b.most.total_cmp(&a.most);
-            let equal = || a.sphere.map(f32::to_bits).cmp(&b.sphere.map(f32::to_bits));
+            // Zeros of either sign are equal.
+            let bits = |large: &Large| large.sphere.map(|component| (component + 0.0).to_bits());
+            let equal = || bits(a).cmp(&bits(b));
             nearest.then_with(equal).then(a.index.cmp(&b.index))
         });
         large.dedup_by(|later, first| later.sphere == first.sphere);
