@@ -11,7 +11,7 @@ use sfera::{
     camera::{BYTES_PER_PIXEL, Camera, ImageSize},
     families::{FAMILIES, cloud},
     reference::Reference,
-    render::{Form, Method},
+    render::{Form, Method, Renderer},
     scene::{Scene, Viewport},
 };
 
@@ -368,6 +368,26 @@ fn zeros_of_either_sign() {
             let scene = scene([3.0, 2.0, 2.0], &spheres);
             assert_eq!(wrong(&scene, size(42, 16)), 0, "{count}, seed {seed}");
         }
+    }
+}
+
+/// However many spheres leave a pixel in doubt, it is counted once.
+#[test]
+fn every_pixel_is_counted_once() {
+    let far: Vec<[f32; 4]> = (0..24)
+        .map(|index| [-4e-24, 1.6e-13 * index as f32, 3e35, 1.0])
+        .collect();
+    let touching: Vec<[f32; 4]> = (1..=20)
+        .map(|index| [3.0, 0.0, 4.0, 3.0].map(|length| length * index as f32))
+        .collect();
+    for spheres in [far, touching] {
+        let scene = scene([2.0, 2.0, 2.0], &spheres);
+        let size = size(5, 13);
+        let mut pixels = vec![0; size.pixel_bytes()];
+        let renderer = Renderer::new(&scene, size, Method::Exact, Form::default());
+        let counts = renderer.draw(0..13, &mut pixels, &|_| ());
+        let settled = counts.rectangles + counts.packets + counts.doubles + counts.integers;
+        assert_eq!(settled, size.pixels(), "{counts:?}");
     }
 }
 
