@@ -69,6 +69,48 @@ fn images_of_one_row_and_of_one_column() {
     }
 }
 
+/// Rows at the ends of pictures that no memory holds.
+#[test]
+fn images_of_extreme_sizes() {
+    const LAST: u32 = u32::MAX;
+    for (width, height, rows) in [
+        (1, LAST, LAST - 70..LAST),
+        (1, LAST, LAST / 2 - 40..LAST / 2 + 40),
+        (3, LAST - 1, 0..70),
+        (3, LAST - 1, LAST - 2..LAST - 1),
+        (4_000_000, 4_000_000, 1_999_999..2_000_001),
+        (4_000_000, 700_000_000, 699_999_999..700_000_000),
+    ] {
+        // Small ones all along both axes, and two that reach over the edges.
+        let mut spheres: Vec<[f32; 4]> = (0..80)
+            .map(|index| match index as f32 / 79.0 - 0.5 {
+                at if index % 3 == 0 => [at, 0.0, 1.0, 1e-6],
+                at => [0.0, at, 1.0, 1e-8],
+            })
+            .collect();
+        spheres.extend([[0.5, 0.5, 2.0, 0.2], [-0.5, -0.5, 2.0, 0.7]]);
+        let size = size(width, height);
+        let scene = scene([1.0; 3], &spheres);
+        let reference = Reference::new(&scene, size);
+        let mut pixels = vec![0; rows.len() * size.row_bytes()];
+        if width <= 3 {
+            for method in [Method::Textbook, Method::Geometric, Method::Double] {
+                let renderer = Renderer::new(&scene, size, method, Form::Packets);
+                renderer.draw(rows.clone(), &mut pixels, &|_| ());
+            }
+        }
+        let renderer = Renderer::new(&scene, size, Method::Exact, Form::Packets);
+        renderer.draw(rows.clone(), &mut pixels, &|_| ());
+        let (pixels, _) = pixels.as_chunks::<BYTES_PER_PIXEL>();
+        for at in (0..pixels.len()).step_by(pixels.len() / 200 + 1) {
+            let (row, column) = (rows.start + at as u32 / width, at as u32 % width);
+            let seen = reference.seen(column, row);
+            let right = seen.map_or(scene.background, |index| scene.spheres.colour()[index]);
+            assert_eq!(pixels[at], right, "({column}, {row}) of {size:?}");
+        }
+    }
+}
+
 /// What a scene is made of: a viewport, an image size, spheres.
 type Parts = ([f32; 3], (u32, u32), Vec<[f32; 4]>);
 
