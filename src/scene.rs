@@ -21,7 +21,8 @@ mod windows;
 use std::{fmt, fs::File, io, path::Path};
 
 pub use self::error::{SceneError, SceneErrorKind};
-use self::windows::Sizes;
+#[doc(hidden)]
+pub use self::windows::Sizes;
 use crate::spheres::{Rgb, Sphere, Spheres};
 
 /// The viewport: `width` by `height`, centred on the z axis at `distance`.
@@ -57,8 +58,18 @@ impl Scene {
     ///
     /// If the text is not a scene, or too large for memory.
     pub fn parse(text: &[u8]) -> Result<Self, SceneError> {
+        Self::parse_in_windows(text, Sizes::USUAL)
+    }
+
+    /// As [`parse`](Self::parse), with the reader's knobs in hand, for tests.
+    ///
+    /// # Errors
+    ///
+    /// If the text is not a scene, or too large for memory.
+    #[doc(hidden)]
+    pub fn parse_in_windows(text: &[u8], sizes: Sizes) -> Result<Self, SceneError> {
         let size = u64::try_from(text.len()).ok();
-        windows::read(&mut &*text, size, Sizes::USUAL, |_| |_: &Sphere| true)
+        windows::read(&mut &*text, size, sizes, |_| |_: &Sphere| true)
     }
 
     /// Reads a scene file, which may be a pipe.

@@ -11,7 +11,7 @@ use sfera::{
     camera::{BYTES_PER_PIXEL, Camera, ImageSize},
     families::{FAMILIES, cloud},
     reference::Reference,
-    render::{Form, Method},
+    render::{Form, Method, Renderer},
     scene::{Scene, Viewport},
 };
 
@@ -65,6 +65,48 @@ fn images_of_one_row_and_of_one_column() {
     for scene in [&example, &crowd] {
         for (width, height) in [(1, 1), (1, 777), (777, 1), (2, 333), (333, 2), (2, 2)] {
             assert_eq!(wrong(scene, size(width, height)), 0, "{width} x {height}");
+        }
+    }
+}
+
+/// Rows at the ends of pictures that no memory holds.
+#[test]
+fn images_of_extreme_sizes() {
+    const LAST: u32 = u32::MAX;
+    for (width, height, rows) in [
+        (1, LAST, LAST - 70..LAST),
+        (1, LAST, LAST / 2 - 40..LAST / 2 + 40),
+        (3, LAST - 1, 0..70),
+        (3, LAST - 1, LAST - 2..LAST - 1),
+        (4_000_000, 4_000_000, 1_999_999..2_000_001),
+        (4_000_000, 700_000_000, 699_999_999..700_000_000),
+    ] {
+        // Small ones all along both axes, and two that reach over the edges.
+        let mut spheres: Vec<[f32; 4]> = (0..80)
+            .map(|index| match index as f32 / 79.0 - 0.5 {
+                at if index % 3 == 0 => [at, 0.0, 1.0, 1e-6],
+                at => [0.0, at, 1.0, 1e-8],
+            })
+            .collect();
+        spheres.extend([[0.5, 0.5, 2.0, 0.2], [-0.5, -0.5, 2.0, 0.7]]);
+        let size = size(width, height);
+        let scene = scene([1.0; 3], &spheres);
+        let reference = Reference::new(&scene, size);
+        let mut pixels = vec![0; rows.len() * size.row_bytes()];
+        if width <= 3 {
+            for method in [Method::Textbook, Method::Geometric, Method::Double] {
+                let renderer = Renderer::new(&scene, size, method, Form::Packets);
+                renderer.draw(rows.clone(), &mut pixels, &|_| ());
+            }
+        }
+        let renderer = Renderer::new(&scene, size, Method::Exact, Form::Packets);
+        renderer.draw(rows.clone(), &mut pixels, &|_| ());
+        let (pixels, _) = pixels.as_chunks::<BYTES_PER_PIXEL>();
+        for at in (0..pixels.len()).step_by(pixels.len() / 200 + 1) {
+            let (row, column) = (rows.start + at as u32 / width, at as u32 % width);
+            let seen = reference.seen(column, row);
+            let right = seen.map_or(scene.background, |index| scene.spheres.colour()[index]);
+            assert_eq!(pixels[at], right, "({column}, {row}) of {size:?}");
         }
     }
 }
@@ -315,6 +357,79 @@ fn crowds() {
                 "{count}, seed {seed}"
             );
         }
+    }
+}
+
+/// Many equal spheres among many others: the first of the file is seen, however
+/// they are sorted on the way.
+#[test]
+fn crowds_of_equals() {
+    let crossing = [[-0.6, 0.2, 3.0, 0.8], [0.5, 0.2, 3.0, 0.8]];
+    let around = [[0.0, 0.0, 0.0, 1.0], [0.0, 0.25, 0.0, 1.25]];
+    for (equal, count) in [(crossing, 90), (around, 90), (crossing, 200), (around, 200)] {
+        let spheres: Vec<[f32; 4]> = (0..count)
+            .map(|index| match index % 7 {
+                0..3 => equal[0],
+                3 | 4 => equal[1],
+                _ => [
+                    0.01 * index as f32 - 1.0,
+                    -0.5,
+                    2.0 + 0.1 * index as f32,
+                    0.2,
+                ],
+            })
+            .collect();
+        for size in [size(42, 16), size(90, 20)] {
+            let scene = scene([3.0, 2.0, 2.0], &spheres);
+            assert_eq!(wrong(&scene, size), 0, "{equal:?} of {count}, {size:?}");
+        }
+    }
+}
+
+/// Spheres that differ in the sign of a zero are equal.
+#[test]
+fn zeros_of_either_sign() {
+    for (count, radius) in [(20, 0.5), (20, 3.0), (90, 0.5), (90, 3.0)] {
+        for seed in 0..4 {
+            let spheres: Vec<[f32; 4]> = (0..count)
+                .map(|index| {
+                    let zero = |bit: i32| {
+                        if (index * 5 + seed) >> bit & 1 == 0 {
+                            0.0
+                        } else {
+                            -0.0
+                        }
+                    };
+                    match index % 3 {
+                        0 => [zero(0), zero(1), 2.0, radius],
+                        1 => [-1.0, zero(2), 2.0, radius],
+                        _ => [zero(0), 1.0, 2.0, radius],
+                    }
+                })
+                .collect();
+            let scene = scene([3.0, 2.0, 2.0], &spheres);
+            assert_eq!(wrong(&scene, size(42, 16)), 0, "{count}, seed {seed}");
+        }
+    }
+}
+
+/// However many spheres leave a pixel in doubt, it is counted once.
+#[test]
+fn every_pixel_is_counted_once() {
+    let far: Vec<[f32; 4]> = (0..24)
+        .map(|index| [-4e-24, 1.6e-13 * index as f32, 3e35, 1.0])
+        .collect();
+    let touching: Vec<[f32; 4]> = (1..=20)
+        .map(|index| [3.0, 0.0, 4.0, 3.0].map(|length| length * index as f32))
+        .collect();
+    for spheres in [far, touching] {
+        let scene = scene([2.0, 2.0, 2.0], &spheres);
+        let size = size(5, 13);
+        let mut pixels = vec![0; size.pixel_bytes()];
+        let renderer = Renderer::new(&scene, size, Method::Exact, Form::default());
+        let counts = renderer.draw(0..13, &mut pixels, &|_| ());
+        let settled = counts.rectangles + counts.packets + counts.doubles + counts.integers;
+        assert_eq!(settled, size.pixels(), "{counts:?}");
     }
 }
 

@@ -309,6 +309,24 @@ fn long_lines_are_shown_in_part_and_told_right() {
     assert_eq!((error.line(), error.column()), (Some(400_002), Some(15)));
 }
 
+/// What is cut off at a carriage return is no end of a line, and a word is not
+/// quoted at any length in what would mend it.
+#[test]
+fn what_is_shown_has_an_end_and_shows_where_it_has_none() {
+    let returns = format!("X{}1", "\r".repeat(90));
+    let message = refusal_of(returns.as_bytes()).to_string();
+    assert!(message.contains("\\x0d...\n"), "{message}");
+    assert!(message.len() < 800, "{message}");
+
+    let comma = format!("VP 1 1,{} 1", "0".repeat(60_000));
+    let message = refusal_of(comma.as_bytes()).to_string();
+    assert!(
+        message.contains("a point instead of the comma"),
+        "{message}"
+    );
+    assert!(message.len() < 800, "{message}");
+}
+
 #[test]
 fn hostile_sizes_are_refused_without_the_memory_they_claim() {
     let claims = b"VP 1 1 1 BG 0 0 0 OBJ_N 4294967295\nS 0 0 5 1 9 9 9\n";

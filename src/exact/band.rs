@@ -547,7 +547,7 @@ impl<'a> Band<'a> {
     /// The pixels that an outline passes so closely that doubles can't say.
     fn settle_doubtful(&mut self, large: &[&Large]) {
         let engine = self.engine;
-        // Many outlines may pass one pixel.
+        // Outlines of several spheres may pass one pixel: it is settled, and counted, once.
         self.scratch.doubtful.sort_unstable();
         self.scratch.doubtful.dedup();
         for &(column, row) in &self.scratch.doubtful {

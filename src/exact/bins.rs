@@ -58,6 +58,10 @@ const MOST_TILES: u64 = 4;
 /// Of so few spheres all are large: whole rows are painted faster than tiles.
 const FEW_SPHERES: usize = 64;
 
+/// With more tiles than this, some trillion pixels, no table of them is made: all
+/// spheres are large. Rows of such a picture can be drawn, if slowly, in little memory.
+const MOST_TABLE: usize = 1 << 28;
+
 /// Spheres of a run, at least: enough to be worth a task, few enough to stay in a cache.
 const RUN: usize = 1 << 17;
 
@@ -152,8 +156,10 @@ impl Bins {
             rows: size.height().div_ceil(side) as usize,
         };
         // Every run has a table of all tiles: it should not be most of its work.
-        let run = RUN.max(tiles.count()).next_multiple_of(LANES);
-        let all_large = spheres.len() <= FEW_SPHERES || bounds == Bounds::Refused;
+        let run = RUN.max(tiles.count().min(MOST_TABLE));
+        let run = run.next_multiple_of(LANES);
+        let all_large =
+            spheres.len() <= FEW_SPHERES || tiles.count() > MOST_TABLE || bounds == Bounds::Refused;
         let filled = |boxes: &mut Vec<Extents>, first: usize| {
             let last = (first + run).min(spheres.len());
             Run::fill(spheres, first..last, grid, tiles, all_large, boxes)

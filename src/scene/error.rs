@@ -180,7 +180,11 @@ impl Excerpt {
         /// Bytes after the place that are shown rather than those before it.
         const AHEAD: usize = Excerpt::REACH / 3;
         const ELLIPSIS: &str = "...";
-        let after = after.strip_suffix(b"\r").unwrap_or(after);
+        // Beyond its reach it may be cut, and what it ends in no end of a line.
+        let after = match after.strip_suffix(b"\r") {
+            Some(line) if after.len() <= Self::REACH => line,
+            _ => after,
+        };
         let shown_before = before.len().min(Self::REACH - after.len().min(AHEAD));
         let shown_after = after.len().min(Self::REACH - shown_before);
 
@@ -208,7 +212,8 @@ fn without_broken_end(bytes: &[u8]) -> &[u8] {
     }
 }
 
-const LONGEST_QUOTE: usize = 40;
+/// Bytes of a word that a message quotes.
+pub(super) const LONGEST_QUOTE: usize = 40;
 
 /// A word in quotes, shortened if it is long.
 pub(super) fn quoted(word: &[u8]) -> String {

@@ -8,7 +8,7 @@ use std::collections::TryReserveError;
 
 use super::{
     Viewport,
-    error::{SceneErrorKind as Kind, foreign, quoted, quoted_beginning},
+    error::{LONGEST_QUOTE, SceneErrorKind as Kind, foreign, quoted, quoted_beginning},
     number::{self, MAX_WORD, Refusal, is_blank, word_end},
 };
 use crate::spheres::{Rgb, Sphere, Spheres};
@@ -557,7 +557,11 @@ impl Parser {
         } else if text.ends_with([',', ';']) && mends(&text[..text.len() - 1]) {
             "separate numbers by blanks alone"
         } else if text.matches(',').count() == 1 && mends(&text.replace(',', ".")) {
-            return Some(format!("write it with a point: {}", text.replace(',', ".")));
+            return Some(if text.len() > LONGEST_QUOTE {
+                "write it with a point instead of the comma".to_owned()
+            } else {
+                format!("write it with a point: {}", text.replace(',', "."))
+            });
         } else if text.contains([',', ';']) && text.split([',', ';']).all(mends) {
             "separate numbers by blanks alone"
         } else if text.contains(['O', 'o']) && mends(&text.replace(['O', 'o'], "0")) {

@@ -20,21 +20,23 @@ use crate::spheres::{Slots, Sphere};
 
 /// How much is taken at a time, in bytes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sizes {
+#[doc(hidden)]
+pub struct Sizes {
     /// The first window: a scene no longer than this is read without ado.
-    pub(super) first: usize,
+    pub first: usize,
     /// Each other window, for each thread.
-    pub(super) window: usize,
+    pub window: usize,
     /// What a thread parses at a time.
-    pub(super) chunk: usize,
+    pub chunk: usize,
     /// The smallest window that is worth waking other threads for.
-    pub(super) parallel: usize,
+    pub parallel: usize,
     /// The smallest piece that is worth counting before it is parsed.
-    pub(super) fast: usize,
+    pub fast: usize,
 }
 
 impl Sizes {
-    pub(super) const USUAL: Self = Self {
+    /// What is quick, as measured.
+    pub const USUAL: Self = Self {
         first: 1 << 14,
         window: 1 << 19,
         chunk: 1 << 15,
