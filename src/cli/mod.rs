@@ -75,7 +75,26 @@ pub(crate) fn main() -> ExitCode {
 
 /// A line on standard error; that it can't be written changes nothing.
 pub(crate) fn tell(line: fmt::Arguments<'_>) {
-    let _ = writeln!(io::stderr(), "{line}");
+    let _ = writeln!(io::stderr(), "{}", without_controls(&line.to_string()));
+}
+
+/// Names of files may hold what a terminal obeys: it is shown as escapes.
+fn without_controls(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '\n' => shown.push(character),
+            // Marks that turn or isolate the direction of what follows.
+            '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => {
+                shown.extend(character.escape_unicode());
+            }
+            _ if character.is_control() => {
+                shown.push_str(&format!("\\x{:02x}", u32::from(character)));
+            }
+            _ => shown.push(character),
+        }
+    }
+    shown
 }
 
 fn run(arguments: &Arguments, interrupts: &Interrupts) -> Result<(), Failure> {
