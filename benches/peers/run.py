@@ -30,6 +30,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 WORK = ROOT / "target" / "peers"
 ROUNDS = 3
+BRUTE_FORCE = 4e9  # pixels times spheres, beyond which nobody would
 LIMIT = 10  # seconds of one picture, beyond which sfera is no more measured
 FLOORS = [f"{size}-{way}" for size in ("truncate", "reserve") for way in ("touch", "populate", "huge")]
 DEBIAN = {
@@ -63,13 +64,16 @@ class Peers:
         WORK.mkdir(parents=True, exist_ok=True)
         self.missing = []
         cargo = ["cargo", "build", "--release", "--message-format=json"]
-        cargo += ["--bin", "sfera", "--bench", "in_memory", "--bench", "families"]
+        cargo += ["--bench", "in_memory", "--bench", "families"]
         built = subprocess.run(cargo, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
         self.rust = {}
         for line in built.stdout.splitlines():
             message = json.loads(line)
             if message.get("executable"):
                 self.rust[message["target"]["name"]] = message["executable"]
+        # The program as `make build` makes it, linked with its libraries.
+        subprocess.run(["make", "build"], cwd=ROOT, stdout=subprocess.DEVNULL, check=True)
+        self.rust["sfera"] = ROOT / "target" / "release" / "sfera"
         fast = ["-O3", "-march=native", "-fno-math-errno"]
         for tool in ("measure", "compare"):
             if not self.compile(tool, ["gcc", "-O2", f"{tool}.c"]):
@@ -248,7 +252,7 @@ class Run:
             return json.loads(output([WORK / "measure", 1, 60, image, WORK / "log", "--", *command]))["peak_kib"] / 1024
 
         turns = {("sfera", "default"): ours} if truth else {}
-        if scene.count <= 10_000:
+        if scene.count * size[0] * size[1] <= BRUTE_FORCE:
             turns["sfera", "textbook"] = lambda: ours("--method", "textbook")
             if self.peers.openmp:
                 turns["OpenMP", "brute force"] = lambda: program("openmp", image)[0]

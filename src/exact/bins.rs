@@ -34,7 +34,7 @@ pub(super) struct Record {
     pub(super) right: u8,
     pub(super) top: u8,
     pub(super) bottom: u8,
-    unused: u8,
+    pub(super) unused: u8,
 }
 
 /// A sphere of many tiles.

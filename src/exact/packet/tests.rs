@@ -4,8 +4,8 @@
 use wide::f32x8;
 
 use super::{
-    BLOCK, BLOCKS, EMPTY, LANES, Record, STEPS, Terms, block_bit, blocks_of, blocks_of_box,
-    nearest_first, packet, rgb,
+    BLOCK, BLOCKS, EMPTY, LANES, Order, Record, STEPS, Terms, block_bit, blocks_of, blocks_of_box,
+    nearest_first, packet, rgb, touching,
 };
 use crate::exact::{
     Bounds,
@@ -106,8 +106,9 @@ fn records_come_nearest_first_and_of_equals_in_their_order() {
         let touch = |at: &usize| blocks_of_box(&records[*at]) & blocks != 0;
         let mut expected: Vec<usize> = (0..records.len()).filter(touch).collect();
         expected.sort_by(|&a, &b| records[b].most.total_cmp(&records[a].most));
-        let (mut order, mut unordered) = (vec![7; 3], vec![9; 5]);
-        nearest_first(&records, blocks, &mut order, &mut unordered);
+        let mut order = vec![7; 3];
+        touching(&records, blocks, &mut order);
+        nearest_first(&mut order, &mut Order::default());
         let order: Vec<usize> = order.into_iter().map(|key| key as u32 as usize).collect();
         assert_eq!(order, expected, "trial {number}");
     }
