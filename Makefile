@@ -28,7 +28,7 @@ test:
 
 ## bench   criterion benches; every one checks its answers first
 bench:
-	cargo bench --bench methods
+	cargo bench --bench methods --bench engine
 
 ## chart   the charts of the README, measured again; of your own: make chart SCENES="my.txt"
 chart:
