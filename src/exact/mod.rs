@@ -11,6 +11,8 @@ mod decide;
 mod integers;
 mod packet;
 #[cfg(test)]
+mod tests;
+#[cfg(test)]
 mod trials;
 
 use std::ops::{AddAssign, Range};

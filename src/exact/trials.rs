@@ -141,9 +141,25 @@ impl Trial {
             row,
         };
         if random.below(2) == 0 {
+            trial.row = trial.row_through(random);
+        }
+        if random.below(4) != 0 {
             trial.column = trial.edge(random.below(2) == 0);
         }
         trial
+    }
+
+    /// A row of the picture that passes through the sphere, if its centre is in view.
+    fn row_through(&self, random: &mut Random) -> u32 {
+        let [_, y, z] = self.sphere.centre.map(f64::from);
+        let slope = (y + random.between(-1.0, 1.0) * f64::from(self.sphere.radius)) / z;
+        let last = f64::from(self.camera.size().height() - 1);
+        let row = (0.5 - slope / self.camera.y_extent()) * last;
+        if (0.0..=last).contains(&row) {
+            row.round() as u32
+        } else {
+            self.row
+        }
     }
 
     /// A column of the row where the sphere's outline is, as well as doubles can say.
@@ -245,7 +261,8 @@ fn image_size(random: &mut Random) -> ImageSize {
         (MOST, 1),
         (MOST, 3),
         (MOST, 33),
-        (MOST - 1, 65_536),
+        (MOST - 1, 1 << 29),
+        (1 << 30, 1 << 30),
         (33, MOST),
         (2, MOST),
     ];

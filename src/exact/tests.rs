@@ -1,0 +1,477 @@
+//! Whole pictures: whatever way the engine takes through one, every pixel is what
+//! the last rungs say of it when they are asked about all spheres.
+
+use proptest::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
+
+use super::{Bounds, Tuning, decide::decide, packet::colour_of, trials::Random};
+use crate::{
+    camera::{BYTES_PER_PIXEL, Camera, ImageSize},
+    families::{FAMILIES, cloud},
+    render::{Form, Method, Renderer},
+    scene::{Scene, Viewport},
+    spheres::{Rgb, Sphere},
+};
+
+const TILES: [u32; 4] = [8, 16, 32, 64];
+
+fn size(width: u32, height: u32) -> ImageSize {
+    ImageSize::new(width, height).expect("a size with pixels")
+}
+
+fn tuned(scene: &Scene, size: ImageSize, tile: u32, bounds: Bounds) -> Renderer<'_> {
+    let tuning = Tuning { tile, bounds };
+    Renderer::tuned(scene, size, Method::Exact, Form::default(), tuning)
+}
+
+fn draw(scene: &Scene, size: ImageSize, tile: u32, bounds: Bounds) -> Vec<u8> {
+    let mut pixels = vec![0xa5; size.pixel_bytes()];
+    let counts = tuned(scene, size, tile, bounds).draw(0..size.height(), &mut pixels, &|_| ());
+    let settled = counts.rectangles + counts.packets + counts.doubles + counts.integers;
+    assert_eq!(settled, size.pixels(), "{counts:?}");
+    pixels
+}
+
+/// The colour of one pixel, of all spheres.
+fn decided(scene: &Scene, camera: &Camera, column: u32, row: u32) -> Rgb {
+    let spheres = (0..scene.spheres.len()).map(|at| (at as u32, scene.spheres.get(at)));
+    colour_of(scene, decide(camera, (column, row), spheres, true).0)
+}
+
+fn assert_pixel(scene: &Scene, size: ImageSize, pixels: &[u8], at: usize, what: &str) {
+    let camera = Camera::new(scene.viewport, size);
+    let (row, column) = (at as u32 / size.width(), at as u32 % size.width());
+    let drawn = &pixels[at * BYTES_PER_PIXEL..][..BYTES_PER_PIXEL];
+    let meaning = decided(scene, &camera, column, row);
+    assert!(
+        drawn == meaning,
+        "{drawn:?} instead of {meaning:?} at ({column}, {row}) of {size:?}, {what}"
+    );
+}
+
+fn assert_every_pixel(scene: &Scene, size: ImageSize, pixels: &[u8], what: &str) {
+    (0..size.pixels() as usize)
+        .into_par_iter()
+        .for_each(|at| assert_pixel(scene, size, pixels, at, what));
+}
+
+/// Pixels beside an edge, where a wrong one would be, and pixels anywhere.
+fn assert_some_pixels(scene: &Scene, size: ImageSize, pixels: &[u8], count: usize, what: &str) {
+    let colour = |at: usize| &pixels[at * BYTES_PER_PIXEL..][..BYTES_PER_PIXEL];
+    let edges = (1..size.pixels() as usize).filter(|&at| colour(at) != colour(at - 1));
+    let edges: Vec<usize> = edges.collect();
+    let mut random = Random::new(count as u64);
+    let mut any = |of: usize| random.below(of as u64) as usize;
+    let mut asked: Vec<usize> = (0..count).map(|_| any(size.pixels() as usize)).collect();
+    if !edges.is_empty() {
+        asked.extend((0..count).map(|_| edges[any(edges.len())]));
+        asked.extend((0..count).map(|_| edges[any(edges.len())] - 1));
+    }
+    asked
+        .into_par_iter()
+        .for_each(|at| assert_pixel(scene, size, pixels, at, what));
+}
+
+/// All tiles, all cuts: the picture that pixels one by one make.
+fn assert_drawn(scene: &Scene, size: ImageSize, what: &str) {
+    let first = draw(scene, size, TILES[0], Bounds::Proven);
+    assert_every_pixel(scene, size, &first, what);
+    assert_alike(scene, size, &first, &TILES[1..], what);
+}
+
+fn assert_alike(scene: &Scene, size: ImageSize, first: &[u8], tiles: &[u32], what: &str) {
+    for &tile in tiles {
+        let again = draw(scene, size, tile, Bounds::Proven);
+        assert!(first == again, "{size:?}, tile {tile}, {what}");
+    }
+    let mut random = Random::new(size.pixels());
+    let cut = random.below(u64::from(size.height()) + 1) as u32;
+    let mut parts = vec![0; size.pixel_bytes()];
+    let (above, below) = parts.split_at_mut(size.row_bytes() * cut as usize);
+    let renderer = tuned(scene, size, tiles[0], Bounds::Proven);
+    renderer.draw(cut..size.height(), below, &|_| ());
+    renderer.draw(0..cut, above, &|_| ());
+    assert!(first == parts, "{size:?}, cut at row {cut}, {what}");
+}
+
+fn assert_refused_alike(scene: &Scene, size: ImageSize, tile: u32, what: &str) {
+    let proven = draw(scene, size, tile, Bounds::Proven);
+    let refused = draw(scene, size, tile, Bounds::Refused);
+    assert!(proven == refused, "{size:?}, tile {tile}, refused, {what}");
+}
+
+fn every_family(mut check: impl FnMut(&Scene, &str)) {
+    for family in FAMILIES {
+        for &difficulty in family.difficulties {
+            let scene = family.scene(difficulty, 7);
+            check(&scene, &format!("{} {difficulty:e}", family.name));
+        }
+    }
+}
+
+#[test]
+fn families_at_sizes_up_to_33() {
+    let mut turn = 0;
+    every_family(|scene, what| {
+        // All widths and heights of few spheres; of many, some of them.
+        let step = 1 + scene.spheres.len().ilog2() as usize * 2 / 3;
+        turn += 1;
+        for width in (1 + turn % step as u32..=33).step_by(step) {
+            let height = 1 + (width * 7 + turn * 5) % 33;
+            let size = size(width, height);
+            let tile = TILES[(turn + width) as usize % TILES.len()];
+            let pixels = draw(scene, size, tile, Bounds::Proven);
+            if scene.spheres.len() < 1000 {
+                assert_every_pixel(scene, size, &pixels, what);
+            } else {
+                assert_some_pixels(scene, size, &pixels, 30, what);
+            }
+            if width % 8 == turn % 8 && scene.spheres.len() < 1000 {
+                assert_refused_alike(scene, size, tile, what);
+            }
+        }
+    });
+}
+
+#[test]
+fn families_at_full_hd() {
+    let mut turn = 0;
+    every_family(|scene, what| {
+        turn += 1;
+        let size = size(1920, 1080);
+        let pixels = draw(scene, size, 64, Bounds::Proven);
+        assert_some_pixels(
+            scene,
+            size,
+            &pixels,
+            400_000 / (100 + scene.spheres.len()),
+            what,
+        );
+        let tile = TILES[turn % TILES.len()];
+        assert_alike(scene, size, &pixels, &[tile], what);
+    });
+}
+
+fn pools() -> [ThreadPool; 3] {
+    [1, 2, 7].map(|count| {
+        let pool = ThreadPoolBuilder::new().num_threads(count);
+        pool.build().expect("a thread pool")
+    })
+}
+
+#[test]
+fn every_pixel_of_some_at_full_hd_on_1_2_and_7_threads() {
+    let pools = pools();
+    for (name, difficulty) in [(0, 3), (1, 5), (5, 5), (9, 6), (12, 0)] {
+        let family = FAMILIES[name];
+        let scene = family.scene(family.difficulties[difficulty], 1);
+        let size = size(1920, 1080);
+        let pixels = draw(&scene, size, 64, Bounds::Proven);
+        assert_every_pixel(&scene, size, &pixels, family.name);
+        for pool in &pools {
+            let again = pool.install(|| draw(&scene, size, 64, Bounds::Proven));
+            assert!(pixels == again, "{}: {pool:?}", family.name);
+        }
+    }
+}
+
+/// What scenes are mixed of. Lengths are in pixels of a picture 256 wide, through a
+/// viewport of 256 by 256 at 256.
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    /// Smaller than a few pixels, some of them smaller than one.
+    Dust,
+    /// As large as some blocks.
+    Small,
+    /// Larger than tiles.
+    Large,
+    /// Many on one spot, in front of one another.
+    Crowd,
+    /// Large ones, one behind the other.
+    Stack,
+    /// Centres at the corners of tiles.
+    Corner,
+    /// The same as one before.
+    Copy,
+    /// The same as one before, but for the last digit of a number.
+    Twin,
+    /// Larger than the picture, and before it all or behind it.
+    Wall,
+    /// As good as flat, below the camera.
+    Floor,
+    /// Around the camera.
+    Room,
+    /// Beside the camera, across its plane, or touching it.
+    Beside,
+    /// Behind the camera.
+    Behind,
+}
+
+const KINDS: [Kind; 13] = [
+    Kind::Dust,
+    Kind::Small,
+    Kind::Large,
+    Kind::Crowd,
+    Kind::Stack,
+    Kind::Corner,
+    Kind::Copy,
+    Kind::Twin,
+    Kind::Wall,
+    Kind::Floor,
+    Kind::Room,
+    Kind::Beside,
+    Kind::Behind,
+];
+
+fn one(kind: Kind, before: &[[f32; 4]], random: &mut Random) -> [f32; 4] {
+    let depth = random.between(256.0, 1024.0);
+    // At a depth, so that it is seen at this place and of this size.
+    let seen = |x: f64, y: f64, radius: f64| {
+        let away = depth / 256.0;
+        [x * away, y * away, depth, radius * away]
+    };
+    let (x, y) = (random.between(-140.0, 140.0), random.between(-140.0, 140.0));
+    let lengths = match kind {
+        Kind::Dust => seen(x, y, random.power(10.0, -1.0, 0.5)),
+        Kind::Small => seen(x, y, random.between(2.0, 30.0)),
+        Kind::Large => seen(x, y, random.between(30.0, 120.0)),
+        Kind::Crowd => seen(
+            random.between(-3.0, 20.0),
+            random.between(-3.0, 20.0),
+            random.between(1.0, 8.0),
+        ),
+        Kind::Stack => {
+            let depth = 400.0 + 10.0 * before.len() as f64;
+            [x / 4.0, y / 4.0, depth, random.between(60.0, 200.0)]
+        }
+        Kind::Corner => {
+            let corner = |at: f64| (at / 64.0).round() * 64.0 + 0.5;
+            seen(corner(x), corner(y), random.between(0.5, 40.0))
+        }
+        Kind::Copy | Kind::Twin if !before.is_empty() => {
+            let mut same = before[random.below(before.len() as u64) as usize];
+            if matches!(kind, Kind::Twin) {
+                let digit = &mut same[random.below(4) as usize];
+                *digit = digit.next_up();
+            }
+            return same;
+        }
+        Kind::Copy | Kind::Twin => seen(x, y, 5.0),
+        Kind::Wall => {
+            let radius = random.power(10.0, 3.0, 6.0);
+            [x, y, radius + random.between(200.0, 1500.0), radius]
+        }
+        Kind::Floor => {
+            let radius = random.power(10.0, 3.0, 7.0);
+            let [x, y, z] = [0.1 * x / 140.0, -1.0, random.between(0.0, 0.2)];
+            let length = (x * x + y * y + z * z).sqrt();
+            let away = (radius + random.between(10.0, 100.0)) / length;
+            [x * away, y * away, z * away, radius]
+        }
+        Kind::Room => {
+            let radius = random.power(10.0, 2.0, 4.0);
+            [
+                x * radius / 300.0,
+                y * radius / 300.0,
+                random.between(-0.5, 0.5) * radius,
+                radius,
+            ]
+        }
+        Kind::Beside => {
+            let radius = random.between(10.0, 300.0);
+            let z = [random.between(-1.0, 1.0) * radius, radius, 0.0][random.below(3) as usize];
+            [x * 2.0, y * 2.0, z, radius]
+        }
+        Kind::Behind => [x, y, -depth, random.between(1.0, 300.0)],
+    };
+    lengths.map(|length| length as f32)
+}
+
+fn colour(index: usize) -> Rgb {
+    let [_, red, green, blue] = (index as u32 + 1).wrapping_mul(0x9e_37_79).to_be_bytes();
+    [red, green, blue]
+}
+
+fn scene_of(spheres: &[[f32; 4]]) -> Scene {
+    Scene {
+        viewport: Viewport {
+            width: 256.0,
+            height: 256.0,
+            distance: 256.0,
+        },
+        background: [0; 3],
+        spheres: spheres
+            .iter()
+            .enumerate()
+            .map(|(index, &[x, y, z, radius])| Sphere {
+                centre: [x, y, z],
+                radius,
+                colour: colour(index),
+            })
+            .collect(),
+    }
+}
+
+/// So many of each kind, in any order.
+fn mixture(kinds: &[(Kind, usize)], seed: u64) -> Scene {
+    let mut random = Random::new(seed);
+    let kinds = kinds
+        .iter()
+        .flat_map(|&(kind, count)| std::iter::repeat_n(kind, count));
+    let mut kinds: Vec<Kind> = kinds.collect();
+    for last in (1..kinds.len()).rev() {
+        kinds.swap(last, random.below(last as u64 + 1) as usize);
+    }
+    let mut spheres = Vec::new();
+    for kind in kinds {
+        let sphere = one(kind, &spheres, &mut random);
+        spheres.push(sphere);
+    }
+    scene_of(&spheres)
+}
+
+/// Whole tiles, one pixel more, one less.
+const SIDES: [u32; 8] = [63, 64, 65, 127, 128, 129, 191, 193];
+
+#[test]
+fn every_way_through_a_picture() {
+    use Kind::*;
+    let mixtures: &[&[(Kind, usize)]] = &[
+        // About the greatest counts that are still painted.
+        &[(Crowd, 95), (Behind, 64)],
+        &[(Crowd, 96), (Behind, 64)],
+        &[(Crowd, 97), (Behind, 64)],
+        &[(Crowd, 300), (Dust, 30)],
+        &[(Stack, 63)],
+        &[(Stack, 64), (Behind, 1)],
+        &[(Stack, 65), (Dust, 100)],
+        &[(Stack, 200), (Small, 50), (Crowd, 120)],
+        &[(Large, 20), (Small, 200), (Dust, 200)],
+        &[(Dust, 1500)],
+        &[(Corner, 90), (Dust, 90)],
+        &[(Corner, 40), (Copy, 80)],
+        &[(Small, 40), (Copy, 400)],
+        &[(Large, 5), (Copy, 100)],
+        &[(Small, 60), (Twin, 60), (Large, 3), (Copy, 60)],
+        &[(Wall, 1), (Small, 200), (Dust, 200)],
+        &[(Wall, 3), (Crowd, 200), (Stack, 10)],
+        &[(Floor, 2), (Small, 150), (Dust, 150)],
+        &[(Room, 2), (Small, 150), (Dust, 150)],
+        &[(Room, 2), (Floor, 1), (Wall, 1), (Large, 10), (Crowd, 150)],
+        &[(Beside, 20), (Small, 100), (Dust, 20)],
+        &[(Beside, 80)],
+        &[(Room, 70), (Dust, 20)],
+        &[(Floor, 70), (Dust, 20)],
+    ];
+    for (number, kinds) in mixtures.iter().enumerate() {
+        for turn in 0..2 {
+            let scene = mixture(kinds, number as u64 + 100 * turn);
+            let side = |at: usize| SIDES[at % SIDES.len()];
+            let at = number + turn as usize * 3;
+            let size = size(side(at), side(5 * at + 3));
+            assert_drawn(&scene, size, &format!("mixture {number}, turn {turn}"));
+        }
+    }
+}
+
+#[test]
+fn refused_bounds_draw_the_same_mixtures() {
+    for seed in 0..6 {
+        let mut random = Random::new(seed);
+        let kinds = KINDS.map(|kind| (kind, random.below(9) as usize));
+        let scene = mixture(&kinds, seed);
+        assert_refused_alike(
+            &scene,
+            size(40, 33),
+            TILES[seed as usize % 4],
+            &format!("seed {seed}"),
+        );
+    }
+}
+
+#[test]
+fn any_mixture() {
+    let counts = prop::collection::vec(
+        prop_oneof![4 => Just(0), 4 => 1..6_usize, 1 => 6..110_usize],
+        KINDS.len(),
+    );
+    let side = || prop_oneof![1_u32..40, prop::sample::select(SIDES.to_vec())];
+    let config = ProptestConfig {
+        cases: 150,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    };
+    proptest!(config, |(counts in counts, seed in any::<u64>(), width in side(), height in side())| {
+        let kinds: Vec<_> = KINDS.into_iter().zip(counts.iter().copied()).collect();
+        let scene = mixture(&kinds, seed);
+        assert_drawn(&scene, size(width, height), &format!("{counts:?} by seed {seed}"));
+    });
+}
+
+/// More spheres than a run has.
+#[test]
+fn several_runs() {
+    let scene = cloud(300_000, 3);
+    let size = size(1000, 562);
+    let pixels = draw(&scene, size, 64, Bounds::Proven);
+    assert_some_pixels(&scene, size, &pixels, 60, "300,000 spheres");
+    assert_alike(&scene, size, &pixels, &[8], "300,000 spheres");
+}
+
+/// Copies far apart in the file, in other runs: the first is seen.
+#[test]
+fn copies_by_the_thousand() {
+    let mut random = Random::new(1);
+    let mut originals: Vec<[f32; 4]> = Vec::new();
+    for kind in [Kind::Small, Kind::Dust, Kind::Crowd] {
+        for _ in 0..30 {
+            originals.push(one(kind, &[], &mut random));
+        }
+    }
+    originals.extend((0..5).map(|_| one(Kind::Large, &[], &mut random)));
+    let copies: Vec<_> = (0..200_000)
+        .map(|_| originals[random.below(originals.len() as u64) as usize])
+        .collect();
+    // The first of each, in the order of the file, is all that can be seen.
+    let mut firsts: Vec<(usize, [f32; 4])> = Vec::new();
+    for (index, sphere) in copies.iter().enumerate() {
+        if !firsts.iter().any(|(_, first)| first == sphere) {
+            firsts.push((index, *sphere));
+        }
+    }
+    let mut seen = scene_of(&[]);
+    for &(index, [x, y, z, radius]) in &firsts {
+        seen.spheres.push(Sphere {
+            centre: [x, y, z],
+            radius,
+            colour: colour(index),
+        });
+    }
+    let size = size(256, 200);
+    let pixels = draw(&scene_of(&copies), size, 64, Bounds::Proven);
+    assert_every_pixel(&seen, size, &pixels, "the first of each");
+    let scene = scene_of(&copies[..5_000]);
+    let pixels = draw(&scene, size, 16, Bounds::Proven);
+    assert_some_pixels(&scene, size, &pixels, 500, "5,000 copies");
+}
+
+/// A million behind a wall, and a few before it.
+#[test]
+fn hidden_by_the_million() {
+    let mut random = Random::new(2);
+    let mut spheres = Vec::new();
+    for at in 0..1_000_000 {
+        let mut sphere = one(Kind::Dust, &[], &mut random);
+        if at % 10_000 != 0 {
+            // As far beyond the wall, seen at the same place.
+            sphere = sphere.map(|length| length * 8.0);
+        }
+        spheres.push(sphere);
+    }
+    spheres.push([10.0, -20.0, 101_500.0, 100_000.0]);
+    let scene = scene_of(&spheres);
+    let size = size(700, 500);
+    let pixels = draw(&scene, size, 64, Bounds::Proven);
+    assert_some_pixels(&scene, size, &pixels, 25, "a million");
+    assert_alike(&scene, size, &pixels, &[16], "a million");
+}
