@@ -57,6 +57,9 @@ fn file_bytes(size: ImageSize) -> u64 {
 /// memory of any machine.
 const WINDOW_BYTES: usize = 64 << 20;
 
+/// What a huge page holds.
+const HUGE_PAGE: u64 = 2 << 20;
+
 /// Bytes of the buffer of a stream.
 const BUFFER_BYTES: usize = 16 << 20;
 
@@ -197,6 +200,7 @@ impl MappedImage {
                 path: target,
                 size,
                 mapped: true,
+                whole: true,
             },
             draft,
         })
@@ -299,6 +303,7 @@ impl SharedImage {
                 path: target,
                 size,
                 mapped,
+                whole: false,
             },
         })
     }
@@ -392,6 +397,9 @@ struct Rows {
     size: ImageSize,
     /// Mapped, or else written byte by byte.
     mapped: bool,
+    /// All of the file is drawn by this process, so what lies about some rows
+    /// may be mapped with them.
+    whole: bool,
 }
 
 impl Rows {
@@ -412,9 +420,18 @@ impl Rows {
                 group.len() * self.size.row_bytes(),
             );
             if self.mapped {
-                let mut window =
-                    map(&self.file, start, length).map_err(refused(&self.path, "map it"))?;
-                draw(group, &mut window);
+                let window = if self.whole {
+                    // Pages at the ends of a window that is cut through a huge one are had
+                    // one by one, and each time all of the huge one is gone through.
+                    let first = start - start % HUGE_PAGE;
+                    let last = (start + length as u64).next_multiple_of(HUGE_PAGE);
+                    first..last.min(file_bytes(self.size))
+                } else {
+                    start..start + length as u64
+                };
+                let before = (start - window.start) as usize;
+                let mut window = map(&self.file, window).map_err(refused(&self.path, "map it"))?;
+                draw(group, &mut window[before..before + length]);
             } else {
                 buffer.resize(length, 0);
                 draw(group, &mut buffer);
@@ -428,7 +445,7 @@ impl Rows {
 }
 
 #[expect(unsafe_code, reason = "a mapped image is what this module is for")]
-fn map(file: &File, start: u64, length: usize) -> io::Result<memmap2::MmapMut> {
+fn map(file: &File, window: Range<u64>) -> io::Result<memmap2::MmapMut> {
     // SAFETY: nobody else may change these bytes or take them away.
     // - A new image has no name (or one made up for it), so no other process
     //   knows it; this one maps a window at a time, and nothing else of it.
@@ -440,8 +457,8 @@ fn map(file: &File, start: u64, length: usize) -> io::Result<memmap2::MmapMut> {
     //   defined, and which `exit_when_lost` turns into a message.
     let window = unsafe {
         memmap2::MmapOptions::new()
-            .offset(start)
-            .len(length)
+            .offset(window.start)
+            .len((window.end - window.start) as usize)
             .map_mut(file)
     }?;
     // Only advice: a kernel without huge pages draws the same picture.

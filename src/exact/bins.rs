@@ -62,8 +62,13 @@ const FEW_SPHERES: usize = 64;
 /// spheres are large. Rows of such a picture can be drawn, if slowly, in little memory.
 const MOST_TABLE: usize = 1 << 28;
 
-/// Spheres of a run, at least: enough to be worth a task, few enough to stay in a cache.
-const RUN: usize = 1 << 17;
+/// Spheres of a run: enough to be worth a task, and so many, if there are enough for
+/// all threads, that a tile's records lie in few places.
+const LEAST_RUN: usize = 1 << 12;
+const MOST_RUN: usize = 1 << 17;
+
+/// Runs for each thread, so that none waits long for the last.
+const RUNS_PER_THREAD: usize = 3;
 
 /// The candidates of every tile.
 #[derive(Debug)]
@@ -156,8 +161,11 @@ impl Bins {
             rows: size.height().div_ceil(side) as usize,
         };
         // Every run has a table of all tiles: it should not be most of its work.
-        let run = RUN.max(tiles.count().min(MOST_TABLE));
-        let run = run.next_multiple_of(LANES);
+        let tasks = RUNS_PER_THREAD * rayon::current_num_threads();
+        let run = (spheres.len() / tasks).clamp(LEAST_RUN, MOST_RUN);
+        let run = run
+            .max(tiles.count().min(MOST_TABLE))
+            .next_multiple_of(LANES);
         let all_large =
             spheres.len() <= FEW_SPHERES || tiles.count() > MOST_TABLE || bounds == Bounds::Refused;
         let filled = |boxes: &mut Vec<Extents>, first: usize| {
