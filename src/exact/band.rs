@@ -380,11 +380,7 @@ impl<'a> Band<'a> {
 
         self.scratch.records.clear();
         if !none_small {
-            let floor = if contested == 0 || contested == u64::MAX {
-                self.floor(&tile, large)
-            } else {
-                f32::NEG_INFINITY
-            };
+            let floor = self.floor(&tile, large);
             for records in slices {
                 let seen = records.iter().filter(|record| record.most >= floor);
                 self.scratch.records.extend(seen);
