@@ -170,8 +170,9 @@ fn boxes_hold_columns_that_touch() {
     }
 }
 
-/// A row of the picture: the trial's own, one that the outline touches, or any.
-fn some_row(trial: &Trial, grid: &Grid, random: &mut Random) -> u32 {
+/// A row of the picture: the trial's own, or one that the outline touches to the last
+/// digits, as rows of pixels hardly ever do. With its `Y` and `Y^2 + 1`.
+fn some_row(trial: &Trial, grid: &Grid, random: &mut Random) -> (f64, f64, f64) {
     let last = f64::from(trial.camera.size().height() - 1);
     let [_, y, z] = trial.sphere.centre.map(f64::from);
     let r = f64::from(trial.sphere.radius);
@@ -183,11 +184,15 @@ fn some_row(trial: &Trial, grid: &Grid, random: &mut Random) -> u32 {
         2 => grid.y_middle - (y * z + root) / q * grid.y_scale,
         _ => random.between(0.0, last),
     };
-    if (0.0..=last).contains(&place) {
-        place.round() as u32
-    } else {
-        trial.row
+    // So that twice its distance from the last row is a double, as a pixel's is.
+    let digits = (50.0 - (last + 1.0).log2().ceil()).exp2();
+    let row = (place * digits).round() / digits;
+    if last == 0.0 || !(0.0..=last).contains(&row) {
+        let (y, squared) = grid.row(i64::from(trial.row));
+        return (f64::from(trial.row), y, squared);
     }
+    let y = trial.camera.y_extent() * (last - 2.0 * row) / (2.0 * last);
+    (row, y, y * y + 1.0)
 }
 
 /// Between its ends, drawn in by the slack, every real point of a row is hit; beyond
@@ -198,8 +203,8 @@ fn rows_enter_and_leave_within_the_slack() {
     each_trial(200_000, |trial, random| {
         let grid = Grid::new(trial.camera);
         let [outline, ..] = Outline::eight(&grid, &lanes(&trial.sphere), Bounds::Proven);
-        let row = some_row(trial, &grid, random);
-        let truth = |column: f64| trial.truth_at(column, f64::from(row));
+        let (row, y, squared) = some_row(trial, &grid, random);
+        let truth = |column: f64| trial.truth_at(column, row);
         match outline.shape {
             Shape::Unknown => return Ok(()),
             Shape::Everywhere => {
@@ -212,7 +217,6 @@ fn rows_enter_and_leave_within_the_slack() {
             }
             Shape::Convex => {}
         }
-        let (y, squared) = grid.row(i64::from(row));
         let (y, squared) = (f64x8::splat(y), f64x8::splat(squared));
         let last = trial.camera.size().width();
         let columns = outline.ends(y, squared, 0, last);
