@@ -1,6 +1,6 @@
 # Everything a person or CI runs by name. `make` alone lists it.
 
-.PHONY: help build run test bench chart growth families peers peers-install check cluster-test
+.PHONY: help build run test checked fuzz sanitize deny bench chart growth families peers peers-install check cluster-test
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -25,6 +25,40 @@ test:
 	cargo test --target-dir target
 	RUSTFLAGS="-C target-cpu=generic" cargo test --target-dir target/baseline
 	cmp target/$(HASHES) target/baseline/$(HASHES)
+
+## checked   every test with optimisation, overflow checks and debug assertions at once
+checked:
+	CARGO_PROFILE_RELEASE_OVERFLOW_CHECKS=true CARGO_PROFILE_RELEASE_DEBUG_ASSERTIONS=true \
+	    cargo test --release --target-dir target/checked
+
+## fuzz    any bytes as a scene, any floats as a picture: a minute each, or: make fuzz SECONDS=600
+# What it finds on the way goes to target/fuzz, what is wrong to tests/fuzz/artifacts.
+SECONDS := 60
+FUZZ := RUSTFLAGS="-C target-cpu=native" cargo fuzz run --fuzz-dir tests/fuzz \
+    --target-dir target/fuzz-build --sanitizer none
+fuzz:
+	@cargo fuzz --version || { echo "cargo-fuzz is missing: it is installed now" && cargo install cargo-fuzz --locked; }
+	mkdir -p target/fuzz/reader target/fuzz/renderer
+	$(FUZZ) reader target/fuzz/reader tests/fuzz/corpus/reader scenes -- \
+	    -dict=tests/fuzz/words.dict -max_len=1000 -max_total_time=$(SECONDS)
+	$(FUZZ) renderer target/fuzz/renderer tests/fuzz/corpus/renderer -- \
+	    -max_len=400 -max_total_time=$(SECONDS)
+	@echo "make fuzz: nothing found"
+
+## sanitize   the tests of everything unsafe or threaded under the address sanitizer
+# It needs a flag that stable compilers take in this way only. The thread sanitizer
+# is of no use without a standard library built for it: it reports even the harness.
+sanitize:
+	RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=address -C target-cpu=native" \
+	    cargo test --target x86_64-unknown-linux-gnu --target-dir target/address \
+	    --lib --test bit_identity --test cli --test hostile
+
+## deny    licences, sources, duplicates and known faults of everything sfera depends on
+deny:
+	@cargo deny --version || { echo "cargo-deny is missing: it is installed now" && cargo install cargo-deny --locked; }
+	cargo deny check bans licenses sources
+	@if cargo deny fetch db; then cargo deny check --disable-fetch advisories; \
+	else echo "make deny: the database of advisories can't be reached, so advisories are NOT checked"; fi
 
 ## bench   criterion benches; every one checks its answers first
 bench:
