@@ -359,7 +359,7 @@ impl Depths {
         let mut floors = [f32::NEG_INFINITY; BLOCKS * BLOCKS];
         let mut floor = f32::NEG_INFINITY;
         let mut floors_known = false;
-        let mut next_floors = FIRST_FLOORS;
+        let (mut met, mut next_floors) = (0, FIRST_FLOORS);
         let mut equal: Option<[f32; 4]> = None;
         for eight in order.chunks(LANES) {
             let place = |lane: usize| eight[lane.min(eight.len() - 1)] as u32 as usize;
@@ -393,18 +393,19 @@ impl Depths {
                         .fold(0, |open, block| open | 1 << block);
                 }
                 let terms = |q| Terms::new(&local, &colours, lane, q);
-                counts.tests += self.meet::<PROVEN>(terms, sides, half as f32, open);
-            }
-            if PROVEN && self.candidates.len() >= next_floors {
-                next_floors += next_floors / 4;
-                floors_known = true;
-                for block in set_bits(blocks) {
-                    floors[block] = self.floor(block);
+                met += self.meet::<PROVEN>(terms, sides, half as f32, open);
+                if PROVEN && met >= next_floors {
+                    next_floors = met + (met / 4).max(FIRST_FLOORS);
+                    floors_known = true;
+                    for block in set_bits(blocks) {
+                        floors[block] = self.floor(block);
+                    }
+                    let least = set_bits(blocks).map(|block| floors[block]);
+                    floor = floor.max(least.fold(f32::INFINITY, f32::min));
                 }
-                let least = set_bits(blocks).map(|block| floors[block]);
-                floor = floor.max(least.fold(f32::INFINITY, f32::min));
             }
         }
+        counts.tests += met;
         self.order = order;
     }
 
@@ -483,9 +484,9 @@ const SHALLOW: u64 = 16;
 /// So many open pixels in a tile are no accident: some spheres may be equal.
 const MANY_OPEN: u32 = 64;
 
-/// After so many candidates, and again after each quarter more, it is asked what
-/// those before them hide.
-const FIRST_FLOORS: usize = 32;
+/// After so many packets, those of a whole tile, and again after each quarter more, it
+/// is asked what the spheres before hide.
+const FIRST_FLOORS: u64 = (SIDE * BLOCKS) as u64;
 
 const STEPS: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
