@@ -31,7 +31,7 @@ const THREADS_SPHERES: usize = 100_000;
 /// A curve ends with the first frame that takes longer.
 const LONGEST: Duration = Duration::from_secs(3);
 
-const MILLISECONDS: (f64, f64) = (0.01, 10_000.0);
+const MILLISECONDS: (f64, f64) = (0.01, 100_000.0);
 const RADIUS: f64 = 9.0;
 
 /// What a curve is of.
