@@ -123,8 +123,14 @@ impl Trial {
     pub(super) fn new(number: u64) -> Self {
         let mut random = Random::new(number);
         let random = &mut random;
-        let size = image_size(random);
-        let viewport = viewport(random);
+        // Through a telescope, a tile is so small a part of an outline that what doubles
+        // round is all that floats are given.
+        let telescope = random.below(4) == 0;
+        let (size, viewport) = if telescope {
+            telescope_view(random)
+        } else {
+            (image_size(random), viewport(random))
+        };
         let camera = Camera::new(viewport, size);
         let mut at = |side: u32| match random.below(8) {
             0 => 0,
@@ -140,10 +146,10 @@ impl Trial {
             column,
             row,
         };
-        if random.below(2) == 0 {
+        if telescope || random.below(2) == 0 {
             trial.row = trial.row_through(random);
         }
-        if random.below(4) != 0 {
+        if telescope || random.below(4) != 0 {
             trial.column = trial.edge(random.below(2) == 0);
         }
         trial
@@ -268,6 +274,17 @@ fn image_size(random: &mut Random) -> ImageSize {
     ];
     let (width, height) = sizes[random.below(sizes.len() as u64) as usize];
     ImageSize::new(width, height).expect("a size that can be addressed")
+}
+
+fn telescope_view(random: &mut Random) -> (ImageSize, Viewport) {
+    let size = ImageSize::new(1 << 30, 1 << 30).expect("a size that can be addressed");
+    let narrow = random.power(10.0, -9.0, 0.0) as f32;
+    let viewport = Viewport {
+        width: narrow,
+        height: narrow * 0.75,
+        distance: 1.0,
+    };
+    (size, viewport)
 }
 
 fn viewport(random: &mut Random) -> Viewport {
