@@ -318,8 +318,8 @@ impl Outline {
     /// ```text
     /// lean m:  5 of m, 3 of the scale over k, 1 of Cx, 1 of the product      LEAN_BOUND |lean| M
     /// half:    3 of the scale over k, 2 of sqrt c, 1, 1 of the root, 1       HALF_BOUND half r G
-    /// E:       10 of r^2 (Y^2 + 1), 3 of N^2, and (2 |N| + n) n, where |N| <= 1.5 r G + 8 n
-    ///          (beyond that E is surely negative, computed or not)
+    /// E:       10 of r^2 (Y^2 + 1), 3 of N^2, and (2 |N| + n) n, where |N| <= r G + n
+    ///          (beyond that E < 0, and it is computed as no more than 12 U r^2 G^2)
     ///                               so e = 16 U r^2 G^2 + 4 r G n + 20 n^2   half sqrt e
     /// sums:    2 of all terms                                                SUM_BOUND
     /// ```
