@@ -44,7 +44,11 @@ struct Disk {
 }
 
 impl Disk {
-    fn new(kind: &str, options: &str) -> Option<Self> {
+    /// None, and a word about it, where a test can't have one.
+    fn new(test: &str, kind: &str, options: &str) -> Option<Self> {
+        if !as_root(test) {
+            return None;
+        }
         let disk = Self {
             at: TempDir::new().expect("a folder"),
         };
@@ -54,7 +58,7 @@ impl Disk {
             .status()
             .is_ok_and(|status| status.success());
         if !mounted {
-            eprintln!("skipped: can't mount {kind}");
+            eprintln!("{test}: skipped, can't mount {kind}");
         }
         mounted.then_some(disk)
     }
@@ -117,10 +121,7 @@ fn assert_unharmed(shop: &Workshop) {
 
 #[test]
 fn a_full_disk_is_told_before_anything_is_drawn() {
-    if !as_root("a full disk") {
-        return;
-    }
-    let Some(disk) = Disk::new("tmpfs", "size=1m") else {
+    let Some(disk) = Disk::new("a full disk", "tmpfs", "size=1m") else {
         return;
     };
     let shop = Workshop::within(disk.at.path());
@@ -141,10 +142,7 @@ fn a_full_disk_is_told_before_anything_is_drawn() {
 
 #[test]
 fn a_picture_with_holes_on_a_full_disk_is_told_too() {
-    if !as_root("a picture with holes") {
-        return;
-    }
-    let Some(disk) = Disk::new("tmpfs", "size=1m") else {
+    let Some(disk) = Disk::new("a picture with holes", "tmpfs", "size=1m") else {
         return;
     };
     let shop = Workshop::within(disk.at.path());
@@ -168,10 +166,7 @@ fn a_disk_that_fills_while_a_stream_is_written_is_told() {
 
 #[test]
 fn a_disk_that_can_not_reserve_is_written_first() {
-    if !as_root("a disk that can't reserve") {
-        return;
-    }
-    let Some(disk) = Disk::new("ramfs", "mode=0755") else {
+    let Some(disk) = Disk::new("a disk that can't reserve", "ramfs", "mode=0755") else {
         return;
     };
     let shop = Workshop::within(disk.at.path());
@@ -455,10 +450,7 @@ fn a_folder_that_may_not_be_written_is_told() {
 
 #[test]
 fn a_disk_for_reading_only_is_told() {
-    if !as_root("a disk for reading only") {
-        return;
-    }
-    let Some(disk) = Disk::new("tmpfs", "size=1m") else {
+    let Some(disk) = Disk::new("a disk for reading only", "tmpfs", "size=1m") else {
         return;
     };
     let shop = Workshop::within(disk.at.path());
@@ -634,11 +626,8 @@ fn rows_drawn_by_many_processes_at_once_are_the_image() {
 
 #[test]
 fn processes_that_make_one_picture_reserve_it_once() {
-    if !as_root("one picture reserved once") {
-        return;
-    }
     // Room for one picture of 201 MB, not for two; reserving it takes a while.
-    let Some(disk) = Disk::new("tmpfs", "size=250m") else {
+    let Some(disk) = Disk::new("one picture reserved once", "tmpfs", "size=250m") else {
         return;
     };
     let shop = Workshop::within(disk.at.path());

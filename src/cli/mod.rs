@@ -157,8 +157,8 @@ fn destination(job: &Job) -> Result<Destination, Failure> {
     Ok(destination)
 }
 
-/// The one place where a scene is read.
-/// The scene, of some rows without the spheres that can't show in them.
+/// The one place where a scene is read; of some rows, without the spheres that
+/// can't show in them.
 fn read_scene(job: &Job) -> Result<Scene, Failure> {
     let exact = matches!(job.method(), Method::Exact | Method::Reference);
     if job.rows.is_some() && exact {

@@ -14,9 +14,12 @@ use wide::f64x8;
 use super::{
     Bounds, Counts, Engine,
     bins::{Large, Record},
-    conic::{Ends, Lanes, Outline, Shape},
+    conic::{Ends, Lanes, Outline, Shape, float_below},
     decide::{Ray, decide},
-    packet::{BLOCK, BLOCKS, Contest, Depths, Tile, block_bit, blocks_of, colour_of},
+    packet::{
+        BLOCK, BLOCKS, Contest, Depths, Tile, block_bit, blocks_of, blocks_of_box, colour_of,
+    },
+    set_bits,
 };
 use crate::{
     camera::BYTES_PER_PIXEL,
@@ -33,7 +36,7 @@ const CROWD_OF_LARGE: usize = 64;
 const CROWD_OF_SMALL: usize = 96;
 
 /// Room for one band at a time.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Scratch {
     rows: Rows,
     painted: Vec<Painted>,
@@ -45,28 +48,20 @@ pub(crate) struct Scratch {
     depths: Depths,
 }
 
-impl Default for Scratch {
-    fn default() -> Self {
-        Self {
-            rows: Rows {
-                y: [0.0; ROWS + LANES],
-                squared: [0.0; ROWS + LANES],
-            },
-            painted: Vec::new(),
-            blocks: Vec::new(),
-            contested: Vec::new(),
-            doubtful: Vec::new(),
-            records: Vec::new(),
-            depths: Depths::default(),
-        }
-    }
-}
-
 /// `Y` and `Y^2 + 1` of a band's rows, and of some below it.
 #[derive(Debug)]
 struct Rows {
     y: [f64; ROWS + LANES],
     squared: [f64; ROWS + LANES],
+}
+
+impl Default for Rows {
+    fn default() -> Self {
+        Self {
+            y: [0.0; ROWS + LANES],
+            squared: [0.0; ROWS + LANES],
+        }
+    }
 }
 
 impl Rows {
@@ -439,7 +434,7 @@ impl<'a> Band<'a> {
         };
         // 1/z is concave over what is seen of a sphere: least at a corner.
         let grid = &self.engine.grid;
-        let sphere = self.engine.scene.spheres.get(large[at].index as usize);
+        let (_, sphere) = large[at].candidate();
         let rows = [
             tile.row + tile.first as u32,
             tile.row + tile.last as u32 - 1,
@@ -449,7 +444,7 @@ impl<'a> Band<'a> {
             .flat_map(|row| [first, last - 1].map(|column| (column, row)));
         let least = corners
             .map(|(column, row)| Ray::new(grid.camera(), column, row).least_inverse_z(&sphere));
-        least.fold(f64::INFINITY, f64::min) as f32 * (1.0 - 2.0 * f32::EPSILON)
+        float_below(least.fold(f64::INFINITY, f64::min))
     }
 
     /// Paints the records gathered, and returns the blocks that are contested.
@@ -470,24 +465,24 @@ impl<'a> Band<'a> {
                 if top > bottom {
                     continue;
                 }
-                let (mut free, mut hidden, mut others) = (0, 0, 0);
-                for down in top / BLOCK..=bottom / BLOCK {
-                    for column in
-                        usize::from(record.left) / BLOCK..=usize::from(record.right) / BLOCK
-                    {
-                        let bit = block_bit(column, down);
-                        let block = &self.scratch.blocks[down * across + origin + column];
-                        if outline.least > block.most {
-                            free |= bit;
-                        } else if record.most < block.least {
-                            hidden |= bit;
-                        } else {
-                            others |= bit;
-                        }
+                let touched = blocks_of_box(&Record {
+                    top: top as u8,
+                    bottom: bottom as u8,
+                    ..*record
+                });
+                let place = |block: usize| block / BLOCKS * across + origin + block % BLOCKS;
+                let (mut free, mut hidden) = (0, 0);
+                for at in set_bits(touched) {
+                    let block = &self.scratch.blocks[place(at)];
+                    if outline.least > block.most {
+                        free |= 1 << at;
+                    } else if record.most < block.least {
+                        hidden |= 1 << at;
                     }
                 }
+                let others = touched & !(free | hidden);
                 if outline.shape != Shape::Convex {
-                    contested |= free | hidden | others;
+                    contested |= touched;
                     continue;
                 }
                 // Where it is hidden, painting it is wrong as well.
@@ -496,13 +491,9 @@ impl<'a> Band<'a> {
                     continue;
                 }
                 contested |= others | hidden;
-                for down in top / BLOCK..=bottom / BLOCK {
-                    for column in
-                        usize::from(record.left) / BLOCK..=usize::from(record.right) / BLOCK
-                    {
-                        let block = &mut self.scratch.blocks[down * across + origin + column];
-                        block.most = block.most.max(record.most);
-                    }
+                for at in set_bits(touched) {
+                    let block = &mut self.scratch.blocks[place(at)];
+                    block.most = block.most.max(record.most);
                 }
                 self.paint_sphere(tile, outline, record, top, bottom);
             }

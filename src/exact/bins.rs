@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use super::{
     Bounds,
     conic::{Extents, Grid, Lanes},
+    set_bits,
 };
 use crate::{
     methods::Seen,
@@ -37,7 +38,7 @@ pub(super) struct Record {
     pub(super) unused: u8,
 }
 
-/// A sphere of many tiles.
+/// A sphere and its box; kept as it is if it is one of many tiles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Large {
     pub(super) sphere: [f32; 4],
@@ -74,7 +75,8 @@ const RUNS_PER_THREAD: usize = 3;
 #[derive(Debug)]
 pub(super) struct Bins {
     tiles: Tiles,
-    greatest: f32,
+    /// The greatest finite inverse depth of any sphere.
+    pub(super) greatest: f32,
     runs: Vec<Run>,
     /// Nearest first; of equal spheres only the first of the file.
     pub(super) large: Vec<Large>,
@@ -208,11 +210,6 @@ impl Bins {
         }
     }
 
-    /// The greatest finite inverse depth of any sphere.
-    pub(super) fn greatest(&self) -> f32 {
-        self.greatest
-    }
-
     /// The small spheres of a tile, by its column and row.
     pub(super) fn records(&self, column: u32, row: u32) -> impl Iterator<Item = &[Record]> + Clone {
         let at = row as usize * self.tiles.columns + column as usize;
@@ -249,20 +246,31 @@ impl Run {
                 std::array::from_fn(|lane| all[lane])
             })
         };
+        let placed =
+            |extents: &Extents, [x, y, z, r]: [[f32; LANES]; 4], at: usize, lane: usize| {
+                let index = range.start + at * LANES + lane;
+                Large {
+                    sphere: [x[lane], y[lane], z[lane], r[lane]],
+                    most: extents.most[lane],
+                    index: index as u32,
+                    colour: spheres.colour()[index],
+                    left: extents.left[lane],
+                    right: extents.right[lane],
+                    top: extents.top[lane],
+                    bottom: extents.bottom[lane],
+                }
+            };
         boxes.clear();
         let mut large = Vec::new();
         let mut starts = vec![0_u32; if all_large { 0 } else { tiles.count() + 1 }];
         let mut greatest = 0.0_f32;
         let mut any = false;
         for at in 0..range.len().div_ceil(LANES) {
-            let [x, y, z, r] = eight(at);
+            let components = eight(at);
+            let [x, y, z, r] = components;
             let mut extents = Extents::new(grid, &Lanes::new(x, y, z, r));
-            let mut left = extents.visible;
-            while left != 0 {
-                let lane = left.trailing_zeros() as usize;
-                left &= left - 1;
-                let index = range.start + at * LANES + lane;
-                if index >= range.end {
+            for lane in set_bits(u64::from(extents.visible)) {
+                if range.start + at * LANES + lane >= range.end {
                     extents.visible &= !(1 << lane);
                     continue;
                 }
@@ -273,16 +281,7 @@ impl Run {
                 let covered = tiles.of(&extents, lane);
                 if all_large || covered.count() > MOST_TILES {
                     extents.visible &= !(1 << lane);
-                    large.push(Large {
-                        sphere: [x[lane], y[lane], z[lane], r[lane]],
-                        most: extents.most[lane],
-                        index: index as u32,
-                        colour: spheres.colour()[index],
-                        left: extents.left[lane],
-                        right: extents.right[lane],
-                        top: extents.top[lane],
-                        bottom: extents.bottom[lane],
-                    });
+                    large.push(placed(&extents, components, at, lane));
                 } else {
                     any = true;
                     covered.each(tiles, |at, _, _| starts[at] += 1);
@@ -302,28 +301,12 @@ impl Run {
         let mut store = Records::new(total as usize);
         let records = store.all_mut();
         for (at, extents) in boxes.iter().enumerate().filter(|_| any) {
-            let [x, y, z, r] = eight(at);
-            let mut left = extents.visible;
-            while left != 0 {
-                let lane = left.trailing_zeros() as usize;
-                left &= left - 1;
-                let index = range.start + at * LANES + lane;
-                let record = Record {
-                    sphere: [x[lane], y[lane], z[lane], r[lane]],
-                    most: extents.most[lane],
-                    index: index as u32,
-                    colour: spheres.colour()[index],
-                    ..Record::default()
-                };
-                let sides = [
-                    extents.left[lane],
-                    extents.right[lane],
-                    extents.top[lane],
-                    extents.bottom[lane],
-                ];
+            let components = eight(at);
+            for lane in set_bits(u64::from(extents.visible)) {
+                let placed = placed(extents, components, at, lane);
                 tiles.of(extents, lane).each(tiles, |at, column, row| {
                     let (x, y) = (column << tiles.shift, row << tiles.shift);
-                    records[starts[at] as usize] = record.within(sides, x, y, tiles.side());
+                    records[starts[at] as usize] = placed.record(x, y, tiles.side());
                     starts[at] += 1;
                 });
             }
@@ -394,20 +377,6 @@ impl Covered {
 }
 
 impl Record {
-    /// Of a sphere with these sides in the picture, the part in the tile at `(x, y)`.
-    #[inline]
-    fn within(&self, sides: [u32; 4], x: u32, y: u32, side: u32) -> Self {
-        let [left, right, top, bottom] = sides;
-        let within = |at: u32, origin: u32| at.saturating_sub(origin).min(side - 1) as u8;
-        Self {
-            left: within(left, x),
-            right: within(right, x),
-            top: within(top, y),
-            bottom: within(bottom, y),
-            ..*self
-        }
-    }
-
     /// The sphere, by its place in the file.
     pub(super) fn candidate(&self) -> (Seen, Sphere) {
         candidate(self.index, self.sphere, self.colour)
@@ -430,15 +399,19 @@ impl Large {
     }
 
     /// The part of it in the tile at `(x, y)`.
+    #[inline]
     pub(super) fn record(&self, x: u32, y: u32, side: u32) -> Record {
-        let sides = [self.left, self.right, self.top, self.bottom];
-        let record = Record {
+        let within = |at: u32, origin: u32| at.saturating_sub(origin).min(side - 1) as u8;
+        Record {
             sphere: self.sphere,
             most: self.most,
             index: self.index,
             colour: self.colour,
-            ..Record::default()
-        };
-        record.within(sides, x, y, side)
+            left: within(self.left, x),
+            right: within(self.right, x),
+            top: within(self.top, y),
+            bottom: within(self.bottom, y),
+            unused: 0,
+        }
     }
 }

@@ -29,6 +29,7 @@ use wide::f64x8;
 use super::{
     Bounds,
     decide::{U, power_of_camera},
+    set_bits,
 };
 use crate::{
     camera::Camera,
@@ -160,7 +161,7 @@ fn float_above(value: f64) -> f32 {
 }
 
 /// As [`float_above`], below, and not below 0.
-fn float_below(value: f64) -> f32 {
+pub(super) fn float_below(value: f64) -> f32 {
     const SMALLEST: f64 = f32::from_bits(1) as f64;
     ((value * (1.0 - 3.0 * U32) - SMALLEST) as f32).max(0.0)
 }
@@ -230,11 +231,8 @@ impl Extents {
         };
         let visible = (before & met).to_bitmask() | (!(before | behind)).to_bitmask();
         let mut most = (splat(1.0) / depth).to_array().map(float_above);
-        let mut beside = !before.to_bitmask() & visible;
-        while beside != 0 {
-            let lane = beside.trailing_zeros() as usize;
+        for lane in set_bits(u64::from(!before.to_bitmask() & visible)) {
             most[lane] = most_beside(grid, &spheres.sphere(lane));
-            beside &= beside - 1;
         }
         Self {
             visible,

@@ -63,6 +63,15 @@ impl AddAssign for Counts {
     }
 }
 
+/// The places of the bits that are set.
+fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let place = (bits != 0).then(|| bits.trailing_zeros() as usize);
+        bits &= bits.wrapping_sub(1);
+        place
+    })
+}
+
 /// What the engine makes of its error bounds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[doc(hidden)]
@@ -136,7 +145,7 @@ impl<'scene> Engine<'scene> {
         );
         let grid = Grid::new(camera);
         let bins = Bins::new(&scene.spheres, &grid, tile, bounds);
-        let greatest = bins.greatest().max(f32::MIN_POSITIVE);
+        let greatest = bins.greatest.max(f32::MIN_POSITIVE);
         Self {
             scene,
             grid,

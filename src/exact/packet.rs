@@ -22,6 +22,7 @@ use super::{
     bins::Record,
     conic::{Around, Grid, Lanes, Local},
     decide::{Rung, decide},
+    set_bits,
 };
 use crate::{
     camera::BYTES_PER_PIXEL,
@@ -469,15 +470,6 @@ fn columns_and_rows(block: usize) -> (usize, std::ops::Range<usize>) {
     (block % BLOCKS * BLOCK, row..row + BLOCK)
 }
 
-/// The places of the bits that are set.
-fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let place = (bits != 0).then(|| bits.trailing_zeros() as usize);
-        bits &= bits.wrapping_sub(1);
-        place
-    })
-}
-
 /// Boxes that would cover a tile so many times are worth ordering.
 const SHALLOW: u64 = 16;
 
@@ -554,7 +546,7 @@ struct Order {
 
 /// The blocks of a sphere's box.
 #[inline]
-fn blocks_of_box(record: &Record) -> u64 {
+pub(super) fn blocks_of_box(record: &Record) -> u64 {
     let side = BLOCK as u8;
     let (left, right) = (record.left / side, record.right / side);
     let (top, bottom) = (record.top / side, record.bottom / side);
