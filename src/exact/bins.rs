@@ -8,6 +8,7 @@
 use bytemuck::{Pod, Zeroable};
 use memmap2::{Advice, MmapMut};
 use rayon::prelude::*;
+use wide::{f32x8, u32x8};
 
 use super::{
     Bounds,
@@ -30,12 +31,12 @@ pub(super) struct Record {
     /// Its place in the file.
     pub(super) index: u32,
     pub(super) colour: Rgb,
+    pub(super) unused: u8,
     /// First and last column and row within the tile.
     pub(super) left: u8,
     pub(super) right: u8,
     pub(super) top: u8,
     pub(super) bottom: u8,
-    pub(super) unused: u8,
 }
 
 /// A sphere and its box; kept as it is if it is one of many tiles.
@@ -170,16 +171,16 @@ impl Bins {
             .next_multiple_of(LANES);
         let all_large =
             spheres.len() <= FEW_SPHERES || tiles.count() > MOST_TABLE || bounds == Bounds::Refused;
-        let filled = |boxes: &mut Vec<Extents>, first: usize| {
+        let filled = |placed: &mut Vec<Placed>, first: usize| {
             let last = (first + run).min(spheres.len());
-            Run::fill(spheres, first..last, grid, tiles, all_large, boxes)
+            Run::fill(spheres, first..last, grid, tiles, all_large, placed)
         };
         let firsts: Vec<usize> = (0..spheres.len()).step_by(run).collect();
         let filled: Vec<_> = if firsts.len() <= 1 {
-            let boxes = &mut Vec::new();
+            let placed = &mut Vec::new();
             firsts
                 .into_iter()
-                .map(|first| filled(boxes, first))
+                .map(|first| filled(placed, first))
                 .collect()
         } else {
             firsts.into_par_iter().map_init(Vec::new, filled).collect()
@@ -229,6 +230,19 @@ impl Bins {
     }
 }
 
+/// Where eight spheres go, between the two passes.
+#[derive(Debug)]
+struct Placed {
+    /// Which lanes go to one tile, and which to several.
+    one: u32,
+    several: u32,
+    /// The tile of those that go to one, their boxes in it as in a record, and their
+    /// greatest inverse depth.
+    tile: [u32; LANES],
+    sides: [u32; LANES],
+    most: [f32; LANES],
+}
+
 impl Run {
     fn fill(
         spheres: &Spheres,
@@ -236,20 +250,40 @@ impl Run {
         grid: &Grid,
         tiles: Tiles,
         all_large: bool,
-        boxes: &mut Vec<Extents>,
+        placed: &mut Vec<Placed>,
     ) -> (Self, Vec<Large>) {
-        let components = [spheres.x(), spheres.y(), spheres.z(), spheres.radius()];
-        let eight = |at: usize| {
-            let first = range.start + at * LANES;
-            components.map(|all| -> [f32; LANES] {
-                let all = &all[first..first + LANES];
-                std::array::from_fn(|lane| all[lane])
-            })
-        };
-        let placed =
-            |extents: &Extents, [x, y, z, r]: [[f32; LANES]; 4], at: usize, lane: usize| {
-                let index = range.start + at * LANES + lane;
-                Large {
+        placed.clear();
+        let (mut large, mut several) = (Vec::new(), Vec::new());
+        let mut starts = vec![0_u32; if all_large { 0 } else { tiles.count() + 1 }];
+        let mut greatest = 0.0_f32;
+        for first in range.clone().step_by(LANES) {
+            let [x, y, z, r] = eight(spheres, first);
+            let mut extents = Extents::new(grid, &Lanes::new(x, y, z, r));
+            if range.end - first < LANES {
+                extents.visible &= (1 << (range.end - first)) - 1;
+            }
+            for (lane, &most) in extents.most.iter().enumerate() {
+                let counts = extents.visible >> lane & 1 == 1 && most < f32::INFINITY;
+                greatest = greatest.max(if counts { most } else { 0.0 });
+            }
+            let (tile, sides, one) = if all_large {
+                ([0; LANES], [0; LANES], 0)
+            } else {
+                tiles.of_eight(&extents)
+            };
+            let mut eight = Placed {
+                one: one & extents.visible,
+                several: 0,
+                tile,
+                sides,
+                most: extents.most,
+            };
+            for lane in set_bits(u64::from(eight.one)) {
+                starts[tile[lane] as usize] += 1;
+            }
+            for lane in set_bits(u64::from(extents.visible & !one)) {
+                let index = first + lane;
+                let sphere = Large {
                     sphere: [x[lane], y[lane], z[lane], r[lane]],
                     most: extents.most[lane],
                     index: index as u32,
@@ -258,57 +292,47 @@ impl Run {
                     right: extents.right[lane],
                     top: extents.top[lane],
                     bottom: extents.bottom[lane],
-                }
-            };
-        boxes.clear();
-        let mut large = Vec::new();
-        let mut starts = vec![0_u32; if all_large { 0 } else { tiles.count() + 1 }];
-        let mut greatest = 0.0_f32;
-        let mut any = false;
-        for at in 0..range.len().div_ceil(LANES) {
-            let components = eight(at);
-            let [x, y, z, r] = components;
-            let mut extents = Extents::new(grid, &Lanes::new(x, y, z, r));
-            for lane in set_bits(u64::from(extents.visible)) {
-                if range.start + at * LANES + lane >= range.end {
-                    extents.visible &= !(1 << lane);
-                    continue;
-                }
-                let most = extents.most[lane];
-                if most > greatest && most < f32::INFINITY {
-                    greatest = most;
-                }
-                let covered = tiles.of(&extents, lane);
+                };
+                let covered = tiles.of(&sphere);
                 if all_large || covered.count() > MOST_TILES {
-                    extents.visible &= !(1 << lane);
-                    large.push(placed(&extents, components, at, lane));
+                    large.push(sphere);
                 } else {
-                    any = true;
+                    eight.several |= 1 << lane;
+                    several.push(sphere);
                     covered.each(tiles, |at, _, _| starts[at] += 1);
                 }
             }
             if !all_large {
-                boxes.push(extents);
+                placed.push(eight);
             }
-        }
-        if !any {
-            starts.clear();
         }
         let mut total = 0;
         for start in &mut starts {
             total += std::mem::replace(start, total);
         }
+        if total == 0 {
+            starts.clear();
+        }
         let mut store = Records::new(total as usize);
         let records = store.all_mut();
-        for (at, extents) in boxes.iter().enumerate().filter(|_| any) {
-            let components = eight(at);
-            for lane in set_bits(u64::from(extents.visible)) {
-                let placed = placed(extents, components, at, lane);
-                tiles.of(extents, lane).each(tiles, |at, column, row| {
-                    let (x, y) = (column << tiles.shift, row << tiles.shift);
-                    records[starts[at] as usize] = placed.record(x, y, tiles.side());
-                    starts[at] += 1;
-                });
+        let mut several = several.iter();
+        for (first, placed) in range.step_by(LANES).zip(&*placed) {
+            if placed.one | placed.several == 0 {
+                continue;
+            }
+            let eight = records_of(spheres, first, placed);
+            for lane in set_bits(u64::from(placed.one | placed.several)) {
+                if placed.one >> lane & 1 == 1 {
+                    let start = &mut starts[placed.tile[lane] as usize];
+                    records[*start as usize] = eight[lane];
+                    *start += 1;
+                } else if let Some(sphere) = several.next() {
+                    tiles.of(sphere).each(tiles, |at, column, row| {
+                        let (x, y) = (column << tiles.shift, row << tiles.shift);
+                        records[starts[at] as usize] = sphere.record(x, y, tiles.side());
+                        starts[at] += 1;
+                    });
+                }
             }
         }
         // Each start has moved to where the next one was.
@@ -325,6 +349,32 @@ impl Run {
     }
 }
 
+/// The components of eight spheres; beyond the last one there is room for that.
+#[inline]
+fn eight(spheres: &Spheres, first: usize) -> [[f32; LANES]; 4] {
+    [spheres.x(), spheres.y(), spheres.z(), spheres.radius()].map(|all| {
+        let all = &all[first..first + LANES];
+        std::array::from_fn(|lane| all[lane])
+    })
+}
+
+/// Records of eight spheres, for those lanes that go to one tile.
+#[inline]
+fn records_of(spheres: &Spheres, first: usize, placed: &Placed) -> [Record; LANES] {
+    let [x, y, z, r] = eight(spheres, first).map(f32x8::new);
+    let colours = &spheres.colour()[first..];
+    let mut eight = [[0; 3]; LANES];
+    match colours.first_chunk() {
+        Some(colours) => eight = *colours,
+        None => eight[..colours.len()].copy_from_slice(colours),
+    }
+    let words = |words: [u32; LANES]| f32x8::new(words.map(f32::from_bits));
+    let index = words(std::array::from_fn(|lane| (first + lane) as u32));
+    let colours = words(eight.map(|[red, green, blue]| u32::from_ne_bytes([red, green, blue, 0])));
+    let (most, sides) = (f32x8::new(placed.most), words(placed.sides.map(u32::to_le)));
+    bytemuck::cast(f32x8::transpose([x, y, z, r, most, index, colours, sides]))
+}
+
 /// The tiles of a box: first and last column and row of them.
 #[derive(Clone, Copy, Debug)]
 struct Covered {
@@ -336,13 +386,37 @@ struct Covered {
 
 impl Tiles {
     #[inline]
-    fn of(self, extents: &Extents, lane: usize) -> Covered {
+    fn of(self, sphere: &Large) -> Covered {
         Covered {
-            left: extents.left[lane] >> self.shift,
-            right: extents.right[lane] >> self.shift,
-            top: extents.top[lane] >> self.shift,
-            bottom: extents.bottom[lane] >> self.shift,
+            left: sphere.left >> self.shift,
+            right: sphere.right >> self.shift,
+            top: sphere.top >> self.shift,
+            bottom: sphere.bottom >> self.shift,
         }
+    }
+
+    /// The tiles of the first pixels of eight boxes, the boxes within them as the sides
+    /// of a record, and which of them reach no further.
+    #[inline]
+    fn of_eight(self, extents: &Extents) -> ([u32; LANES], [u32; LANES], u32) {
+        let Extents {
+            left,
+            right,
+            top,
+            bottom,
+            ..
+        } = extents;
+        let tile = |x: u32, y: u32| (y >> self.shift) * self.columns as u32 + (x >> self.shift);
+        let first = std::array::from_fn(|lane| tile(left[lane], top[lane]));
+        let last = std::array::from_fn(|lane| tile(right[lane], bottom[lane]));
+        let within = self.side() - 1;
+        let sides = std::array::from_fn(|lane| {
+            let [left, right, top, bottom] =
+                [left, right, top, bottom].map(|side| side[lane] & within);
+            left | right << 8 | top << 16 | bottom << 24
+        });
+        let one = u32x8::new(first).simd_eq(u32x8::new(last)).to_bitmask();
+        (first, sides, one)
     }
 }
 
@@ -377,6 +451,16 @@ impl Covered {
 }
 
 impl Record {
+    /// First and last column and row within the tile.
+    pub(super) fn sides(&self) -> [u8; 4] {
+        [self.left, self.right, self.top, self.bottom]
+    }
+
+    /// Whether its box is no wider and no higher than a packet is wide.
+    pub(super) fn is_narrow(&self) -> bool {
+        usize::from(self.right - self.left) < LANES && usize::from(self.bottom - self.top) < LANES
+    }
+
     /// The sphere, by its place in the file.
     pub(super) fn candidate(&self) -> (Seen, Sphere) {
         candidate(self.index, self.sphere, self.colour)
