@@ -196,31 +196,7 @@ impl Camera {
         }))
     }
 
-    // f64, of the viewport moved to distance 1: the engine's form. Three roundings.
-
-    /// `x/z` of a column in doubles, within three roundings; `column` may lie
-    /// outside the image.
-    #[must_use]
-    pub(crate) fn x_slope(&self, column: i64) -> f64 {
-        let last = i64::from(self.size.width) - 1;
-        if last == 0 {
-            0.0
-        } else {
-            self.x_extent() * (2 * column - last) as f64 / (2 * last) as f64
-        }
-    }
-
-    /// `y/z` of a row in doubles, within three roundings; `row` may lie outside
-    /// the image.
-    #[must_use]
-    pub(crate) fn y_slope(&self, row: i64) -> f64 {
-        let last = i64::from(self.size.height) - 1;
-        if last == 0 {
-            0.0
-        } else {
-            self.y_extent() * (last - 2 * row) as f64 / (2 * last) as f64
-        }
-    }
+    // f64, of the viewport moved to distance 1: the engine's form.
 
     /// Width of the viewport at distance 1, within one rounding.
     #[must_use]

@@ -373,17 +373,17 @@ impl<'a> Band<'a> {
         };
         let all = blocks_of(tile.width, tile.height);
 
-        self.scratch.records.clear();
-        if !none_small {
-            let floor = self.floor(&tile, large);
-            for records in slices {
-                let seen = records.iter().filter(|record| record.most >= floor);
-                self.scratch.records.extend(seen);
-            }
-        }
-        if self.scratch.records.len() > CROWD_OF_SMALL {
+        let floor = if none_small {
+            f32::NEG_INFINITY
+        } else {
+            self.floor(&tile, large)
+        };
+        let small = slices.flatten().filter(|record| record.most >= floor);
+        if small.clone().nth(CROWD_OF_SMALL).is_some() {
             contested = all;
         } else if contested & all != all {
+            self.scratch.records.clear();
+            self.scratch.records.extend(small);
             contested |= self.paint_small(&tile);
         }
         contested &= all;
@@ -402,17 +402,18 @@ impl<'a> Band<'a> {
                 && large.bottom >= tile.row
         });
         let records = &mut self.scratch.records;
-        let small = records.len();
+        records.clear();
         records.extend(touching.map(|large| large.record(tile.column, tile.row, self.side)));
         let contest = Contest {
             scene: engine.scene,
             grid: &engine.grid,
+            bins: &engine.bins,
             bounds: engine.bounds,
             scale: engine.scale,
             tile,
             blocks: contested,
-            records,
-            small,
+            floor,
+            large: records,
         };
         let depths = &mut self.scratch.depths;
         depths.settle(&contest, self.bytes, self.row_bytes, &mut self.counts);

@@ -93,9 +93,17 @@ impl Grid {
         &self.camera
     }
 
-    /// `Y` and `Y^2 + 1` of a row, within 3 and 8 roundings.
+    /// `X` of columns and `Y` of rows, within 3 roundings.
+    fn slopes(&self, columns: f64x8, rows: f64x8) -> (f64x8, f64x8) {
+        (
+            (columns - splat(self.x_middle)) * splat(self.x_step),
+            (splat(self.y_middle) - rows) * splat(self.y_step),
+        )
+    }
+
+    /// `Y` and `Y^2 + 1` of a row, which may lie outside the picture, within 3 and 8 roundings.
     pub(super) fn row(&self, row: i64) -> (f64, f64) {
-        let y = self.camera.y_slope(row);
+        let y = (self.y_middle - row as f64) * self.y_step;
         (y, y * y + 1.0)
     }
 }
@@ -201,11 +209,12 @@ impl Extents {
         let before = depth.simd_gt(splat(0.0));
         let behind = (z + r).simd_le(splat(0.0));
         let q = depth * (z + r);
+        let inverse = splat(1.0) / q;
 
         let ends = |centre: f64x8, scale: f64, middle: f64, side: u32| {
             let product = centre * z;
             let root = r * (centre * centre + q).sqrt();
-            let scale = splat(scale) / q;
+            let scale = splat(scale) * inverse;
             let (low, high) = ((product - root) * scale, (product + root) * scale);
             let slack =
                 splat(BOX_BOUND) * (low.abs().fast_max(high.abs()) + splat(f64::from(side)));
@@ -230,7 +239,7 @@ impl Extents {
             whole(before.select(within, beside))
         };
         let visible = (before & met).to_bitmask() | (!(before | behind)).to_bitmask();
-        let mut most = (splat(1.0) / depth).to_array().map(float_above);
+        let mut most = ((z + r) * inverse).to_array().map(float_above);
         for lane in set_bits(u64::from(!before.to_bitmask() & visible)) {
             most[lane] = most_beside(grid, &spheres.sphere(lane));
         }
@@ -466,42 +475,53 @@ impl Ends {
     }
 }
 
-/// A square of pixels and the depths in it: what [`Local`] is relative to.
-#[derive(Clone, Copy, Debug)]
+/// Eight rectangles of pixels, and the depths of the scene: what [`Local`] is relative to.
 pub(super) struct Around {
-    /// The pixel of `p = q = 0`; it may lie outside the picture.
-    pub(super) column: i64,
-    pub(super) row: i64,
-    /// `|p|, |q| <= half`.
-    pub(super) half: f64,
+    /// The pixels of `p = q = 0`; they may lie outside the picture.
+    pub(super) columns: f64x8,
+    pub(super) rows: f64x8,
+    /// `|p| <= across`, `|q| <= down`.
+    pub(super) across: f64x8,
+    pub(super) down: f64x8,
     /// A power of two: inverse depths times this are about 1 where they are greatest.
     pub(super) scale: f64,
 }
 
-/// Depths of eight spheres around a tile, in floats: with `p`, `q` columns and rows
-/// from its middle and `1/z` scaled by [`Around::scale`],
+/// Depths of eight spheres around as many pixels, in floats: with `p`, `q` columns and
+/// rows from there and `1/z` scaled by [`Around::scale`],
 ///
 /// ```text
-/// D/c^2 = d00 + d10 p + d01 q + d20 p^2 + d11 p q + d02 q^2     within d_bound
-/// B/c   = b00 + b10 p + b01 q
-/// 1/z   = B/c + sqrt(D/c^2)                                     within bound more
+/// d = d00 + d10 p + d01 q + d20 p^2 + d11 p q + d02 q^2
+/// b = b00 + b10 p + b01 q
+///
+/// 1/z <= b + sqrt d                               no hit if d < 0
+/// 1/z >= b - spread + sqrt(d - d_spread)          a hit if d > d_spread
+/// 1/z >= b - clear_spread + sqrt d                and a hit, if d > clear
 /// ```
+///
+/// The last form has one root where the others have two. Where an outline is grazed
+/// it says nothing, and it is the wider the larger the sphere is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Local {
+    /// The `p` and `q` that are least: `-across` and `-down`.
+    pub(super) p: [f32; LANES],
+    pub(super) q: [f32; LANES],
     pub(super) d00: [f32; LANES],
     pub(super) d10: [f32; LANES],
     pub(super) d01: [f32; LANES],
     pub(super) d20: [f32; LANES],
     pub(super) d11: [f32; LANES],
     pub(super) d02: [f32; LANES],
-    pub(super) d_bound: [f32; LANES],
+    pub(super) d_spread: [f32; LANES],
     pub(super) b00: [f32; LANES],
     pub(super) b10: [f32; LANES],
     pub(super) b01: [f32; LANES],
-    pub(super) bound: [f32; LANES],
-    /// No hit within the tile is nearer; negative if there is none.
+    pub(super) spread: [f32; LANES],
+    pub(super) clear: [f32; LANES],
+    pub(super) clear_spread: [f32; LANES],
+    /// No hit within the rectangle is nearer; negative if there is none.
     pub(super) most: [f32; LANES],
-    /// Every pixel of the tile is hit, none farther than this; negative if not so.
+    /// Every pixel of the rectangle is hit, none farther than this; negative if not so.
     pub(super) least: [f32; LANES],
 }
 
@@ -512,8 +532,8 @@ const CROSS_BOUND: f64 = 5.0 * U;
 /// or 2 of products and sums; and the same of `N.N` from the computed `N`.
 const COEFFICIENT_BOUND: f64 = 16.0 * U;
 
-/// Evaluating `D` in floats: 1 of each coefficient, 5 of products and sums; 2 more
-/// for `c`, which is wrong by `2^-32` at most, and for adding the bound itself.
+/// Evaluating `D` in floats: 1 of each coefficient, 5 of products and sums; 1 more
+/// for taking away `d_spread`, 1 for `c`, which is wrong by `2^-32` at most.
 const D_BOUND: f64 = 8.0 * U32;
 
 /// Evaluating `B` in floats: 1 of each coefficient, 4 of products and sums; 1 more for `c`.
@@ -523,11 +543,15 @@ const B_BOUND: f64 = 6.0 * U32;
 const DOT_BOUND: f64 = 8.0 * U;
 
 /// From the parts to the depth: 1 of the root, half of what is under it, 2 of the sums.
+/// Where `spread` or `clear_spread` is taken away, one of the sums is that.
 const SUM_OF_PARTS_BOUND: f64 = 4.0 * U32;
 
-/// More than 40 floats of the subnormals' spacing times 32 times 32: what
+/// More than 40 floats of the subnormals' spacing times 64 times 64: what
 /// roundings can lose that are not relative to anything.
 const LEAST_BOUND: f64 = 1.0 / (1_u128 << 127) as f64 / 8.0;
+
+/// The part of the greatest `D` from which on an outline is not grazed: all but a 65536th of its area.
+const CLEAR_SHARE: f64 = 1.0 / 65536.0;
 
 /// Beyond this, some intermediate float might overflow.
 const GREATEST: f64 = (1_u128 << 100) as f64;
@@ -540,9 +564,19 @@ impl Local {
     /// d20 = r^2 dX^2 - Np.Np    d11 = -2 Np.Nq     d02 = r^2 dY^2 - Nq.Nq
     /// ```
     ///
-    /// With `n` the greatest `|N|` of the tile, part by part, `a` likewise of `A` and
-    /// `h` the bound of `N0`, the coefficients are wrong by no more than
-    /// `COEFFICIENT_BOUND (r^2 a + n.n) + (2n + h).h` anywhere in it.
+    /// With `n` the sum of the parts of `|N|`, greatest in the rectangle, `a` the
+    /// greatest `A` and `h` the bound of the parts of `N0`, summed likewise, the
+    /// coefficients are wrong by no more than
+    /// `COEFFICIENT_BOUND (r^2 a + n^2) + (2 n + h) h` anywhere in it; with what
+    /// evaluating them rounds, that is the bound `e` of `D`. So `d00` is made greater by
+    /// `e` and `d_spread` is `2 e`, and likewise for `B`. As `sqrt(d - 2 e)` is at least
+    /// `sqrt d - 2 e/sqrt d`, and `d` no less than `clear`,
+    ///
+    /// ```text
+    /// clear = max(CLEAR_SHARE top, 2 e)          top: no d is greater
+    /// clear_spread = spread + 2 e/sqrt(CLEAR_SHARE top)
+    /// ```
+    ///
     /// `COVERS`: whether `least` is asked for.
     #[inline]
     pub(super) fn new<const COVERS: bool>(
@@ -553,87 +587,89 @@ impl Local {
         bounds: Bounds,
     ) -> Self {
         let &Lanes { x, y, z, r } = spheres;
-        let x0 = splat(grid.camera.x_slope(around.column));
-        let y0 = splat(grid.camera.y_slope(around.row));
-        let (dx, dy) = (splat(grid.x_step), splat(-grid.y_step));
-        let t = splat(around.half);
-        let (zero, two, unbounded) = (splat(0.0), splat(2.0), splat(f64::INFINITY));
+        let (x0, y0) = grid.slopes(around.columns, around.rows);
+        let (dx, dy) = (grid.x_step, -grid.y_step);
+        let (s, t) = (around.across, around.down);
+        let (zero, one, two) = (splat(0.0), splat(1.0), splat(2.0));
+        let unbounded = splat(f64::INFINITY);
 
-        let (n_x, n_y, n_z) = (y - z * y0, z * x0 - x, x * y0 - y * x0);
         let squared_radius = r * r;
-        let a0 = x0 * x0 + y0 * y0 + splat(1.0);
-        let d00 = squared_radius * a0 - (n_x * n_x + n_y * n_y + n_z * n_z);
-        let d10 = two * dx * (squared_radius * x0 - (n_y * z - n_z * y));
-        let d01 = two * dy * (squared_radius * y0 - (n_z * x - n_x * z));
-        let d20 = dx * dx * (squared_radius - (z * z + y * y));
-        let d02 = dy * dy * (squared_radius - (z * z + x * x));
-        let d11 = two * dx * dy * x * y;
-        let b00 = x * x0 + y * y0 + z;
-        let (b10, b01) = (dx * x, dy * y);
+        let yz = y.mul_add(y, z * z);
+        let xz = x.mul_add(x, z * z);
+        let k = yz - squared_radius;
+        let (n_x, n_y, n_z) = (
+            z.mul_neg_add(y0, y),
+            z.mul_sub(x0, x),
+            x.mul_sub(y0, y * x0),
+        );
+        let a0 = x0.mul_add(x0, y0.mul_add(y0, one));
+        let nn = n_x.mul_add(n_x, n_y.mul_add(n_y, n_z * n_z));
+        let d00 = squared_radius.mul_sub(a0, nn);
+        let d10 = n_z.mul_add(y, n_y.mul_neg_add(z, squared_radius * x0)) * splat(2.0 * dx);
+        let d01 = n_x.mul_add(z, n_z.mul_neg_add(x, squared_radius * y0)) * splat(2.0 * dy);
+        let d20 = k * splat(-dx * dx);
+        let d02 = (squared_radius - xz) * splat(dy * dy);
+        let d11 = x * y * splat(2.0 * dx * dy);
+        let b00 = x.mul_add(x0, y.mul_add(y0, z));
+        let (b10, b01) = (x * splat(dx), y * splat(dy));
 
-        let step = |length: f64x8, step: f64x8| t * (length * step).abs();
-        let n_most = [
-            n_x.abs() + step(z, dy),
-            n_y.abs() + step(z, dx),
-            n_z.abs() + step(y, dx) + step(x, dy),
-        ];
-        let terms = [
-            y.abs() + (z * y0).abs(),
-            (z * x0).abs() + x.abs(),
-            (x * y0).abs() + (y * x0).abs(),
-        ];
-        let (x_most, y_most) = (x0.abs() + t * dx.abs(), y0.abs() + t * dy.abs());
-        let mut squares = squared_radius * (x_most * x_most + y_most * y_most + splat(1.0));
-        let mut d_bound = zero;
-        for (n, terms) in n_most.into_iter().zip(terms) {
-            let h = splat(CROSS_BOUND) * terms;
-            squares += n * n;
-            d_bound += (two * n + h) * h;
-        }
-        d_bound += splat(COEFFICIENT_BOUND) * squares;
+        let [x_abs, y_abs, z_abs] = [x.abs(), y.abs(), z.abs()];
+        let (x0_abs, y0_abs) = (x0.abs(), y0.abs());
+        let (x_step, y_step) = (s * splat(dx.abs()), t * splat(dy.abs()));
+        let (x_most, y_most) = (x0_abs + x_step, y0_abs + y_step);
+        let a_most = x_most.mul_add(x_most, y_most.mul_add(y_most, one));
+        let n_most = n_x.abs() + n_y.abs() + n_z.abs();
+        let n_most = (y_abs + z_abs).mul_add(x_step, (x_abs + z_abs).mul_add(y_step, n_most));
+        let terms = x0_abs.mul_add(y_abs + z_abs, y0_abs.mul_add(x_abs + z_abs, x_abs + y_abs));
+        let h = splat(CROSS_BOUND) * terms;
+        let squares = squared_radius.mul_add(a_most, n_most * n_most);
+        let d_bound = n_most
+            .mul_add(two, h)
+            .mul_add(h, splat(COEFFICIENT_BOUND) * squares);
 
         // c within 2^-32 of itself: where little is left of it, exactly.
-        let yz = y * y + z * z;
-        let k = yz - squared_radius;
         let sure = k.simd_gt(splat(LEAST_SHARE) * yz).to_bitmask();
-        let mut c = (x * x + k).to_array();
+        let mut c = x.mul_add(x, k);
         if sure != 0xff {
-            for (lane, c) in c.iter_mut().enumerate() {
-                if sure >> lane & 1 == 0 {
-                    *c = power_of_camera(&spheres.sphere(lane));
-                }
+            let mut lanes = c.to_array();
+            for lane in set_bits(u64::from(!sure & 0xff)) {
+                lanes[lane] = power_of_camera(&spheres.sphere(lane));
             }
+            c = f64x8::new(lanes);
         }
-        let c = f64x8::new(c);
         let scale = splat(around.scale) / c;
         let squared_scale = scale * scale;
         let [d00, d10, d01, d20, d11, d02, d_bound] =
             [d00, d10, d01, d20, d11, d02, d_bound].map(|value| value * squared_scale);
         let [b00, b10, b01] = [b00, b10, b01].map(|value| value * scale);
 
-        let d_linear = t * (d10.abs() + d01.abs());
-        let d_most = d00.abs() + d_linear + t * t * (d20.abs() + d11.abs() + d02.abs());
-        let b_linear = t * (b10.abs() + b01.abs());
+        let (ss, st, tt) = (s * s, s * t, t * t);
+        let d_linear = s.mul_add(d10.abs(), t.mul_add(d01.abs(), st * d11.abs()));
+        let d_most = d00.abs() + ss.mul_add(d20.abs(), tt.mul_add(d02.abs(), d_linear));
+        let b_linear = s.mul_add(b10.abs(), t * b01.abs());
         let b_most = b00.abs() + b_linear;
-        let b_terms = ((x * x0).abs() + (y * y0).abs() + z.abs()) * scale.abs() + b_linear;
-        let up = splat(1.0 + U32);
-        let d_bound = (splat(D_BOUND) * d_most + d_bound) * up + splat(LEAST_BOUND);
-        let b_bound = splat(B_BOUND) * b_most + splat(DOT_BOUND) * b_terms;
-        let bound = b_bound
-            + splat(SUM_OF_PARTS_BOUND) * (b_most + (d_most + d_bound).sqrt())
-            + splat(LEAST_BOUND);
-        let bound = bound * up;
+        let b_terms = x_abs.mul_add(x0_abs, y_abs.mul_add(y0_abs, z_abs));
+        let b_terms = b_terms.mul_add(scale.abs(), b_linear);
+        // More than the bounds are of themselves: they are evaluated as well.
+        let up = splat(1.0 + 32.0 * U32);
+        let d_bound = splat(D_BOUND)
+            .mul_add(d_most, d_bound)
+            .mul_add(up, splat(LEAST_BOUND));
+        let bulge = ss.mul_add(d20.fast_max(zero), tt.mul_add(d02.fast_max(zero), d_linear));
+        let top = (d00 + bulge).fast_max(zero) + two * d_bound;
+        let top_root = top.sqrt();
+        let b_bound = splat(B_BOUND).mul_add(b_most, splat(DOT_BOUND) * b_terms);
+        let parts = splat(SUM_OF_PARTS_BOUND).mul_add(b_most + top_root, b_bound);
+        let bound = parts.mul_add(up, splat(2.0 * LEAST_BOUND));
 
-        // Where the plane B = 0 crosses the tile, the sign of B is not the tile's.
+        // Where the plane B = 0 crosses the rectangle, the sign of B is not the same all over.
         // A camera inside needs no sign; one outside has c > 0.
         let outside = c.simd_gt(zero);
         let one_sided = c.simd_lt(zero) | (b00 - b_linear).simd_gt(b_bound);
         let known = one_sided & d_most.simd_lt(splat(GREATEST)) & b_most.simd_lt(splat(GREATEST));
         let away = outside & (b00 + b_linear).simd_lt(-b_bound);
 
-        let bulge = d11.abs() + d20.fast_max(zero) + d02.fast_max(zero);
-        let top = (d00 + d_linear + t * t * bulge + d_bound).fast_max(zero);
-        let nearest = (b00 + b_linear + top.sqrt() + bound) * up;
+        let nearest = (b00 + b_linear + top_root + bound) * up;
 
         let whole_most = f64x8::new(most.map(f64::from)) * splat(around.scale);
         let nearest = nearest.simd_lt(whole_most).select(nearest, whole_most);
@@ -642,38 +678,53 @@ impl Local {
         let mut farthest = splat(-1.0);
         if COVERS && bounds != Bounds::Refused {
             // The set seen is convex and 1/z concave on it for c > 0 (exact-visibility,
-            // facts 3 and 4): the tile is hit if its corners are, and least at one.
+            // facts 3 and 4): a rectangle is hit if its corners are, and least at one.
             let mut hit = outside & known;
             farthest = splat(f64::INFINITY);
-            for (p, q) in [(t, t), (t, -t), (-t, t), (-t, -t)] {
-                let d = d00 + d10 * p + d01 * q + d20 * (t * t) + d11 * (p * q) + d02 * (t * t);
+            for (p, q) in [(s, t), (s, -t), (-s, t), (-s, -t)] {
+                let d = d00 + d10 * p + d01 * q + d20 * ss + d11 * (p * q) + d02 * tt;
                 hit &= d.simd_gt(d_bound);
                 let root = (d - d_bound).fast_max(zero).sqrt();
                 farthest = farthest.fast_min(b00 + b10 * p + b01 * q + root - bound);
             }
             farthest = hit.select(farthest, splat(-1.0));
         }
+        let two_d_bound = two * d_bound;
+        let clear = (splat(CLEAR_SHARE) * top).fast_max(two_d_bound);
+        let clear_spread = two * bound + two_d_bound / (splat(CLEAR_SHARE.sqrt()) * top_root);
+        let known = match bounds {
+            Bounds::Refused => known & zero,
+            Bounds::Proven | Bounds::Ignored => known,
+        };
+        let [d_bound, bound, clear] =
+            [d_bound, bound, clear].map(|value| known.select(value, unbounded));
         let (d_bound, bound, nearest) = match bounds {
             Bounds::Proven => (d_bound, bound, nearest),
-            Bounds::Refused => (unbounded, unbounded, unbounded),
+            Bounds::Refused => (d_bound, bound, unbounded),
             Bounds::Ignored => (zero, zero, nearest),
         };
 
         let floats = |value: f64x8| value.to_array().map(|value| value as f32);
         let known_floats = |value: f64x8| floats(known.select(value, zero));
-        let above = |value: f64x8| value.to_array().map(float_above);
+        let above = |value: f64x8| {
+            floats(value.mul_add(splat(1.0 + 3.0 * U32), splat(f64::from(f32::from_bits(1)))))
+        };
         Self {
-            d00: known_floats(d00),
+            p: floats(-around.across),
+            q: floats(-around.down),
+            d00: floats(known.select(d00, zero) + d_bound),
             d10: known_floats(d10),
             d01: known_floats(d01),
             d20: known_floats(d20),
             d11: known_floats(d11),
             d02: known_floats(d02),
-            d_bound: above(known.select(d_bound, unbounded)),
-            b00: known_floats(b00),
+            d_spread: above(two * d_bound),
+            b00: floats(known.select(b00, zero) + bound),
             b10: known_floats(b10),
             b01: known_floats(b01),
-            bound: above(known.select(bound, unbounded)),
+            spread: above(two * bound),
+            clear: above(clear),
+            clear_spread: above(clear_spread),
             most: above(nearest),
             least: floats(farthest * splat(1.0 - 4.0 * U32) - splat(LEAST_BOUND)),
         }

@@ -2,8 +2,8 @@
 //! depth an interval.
 //!
 //! ```text
-//! most  = B/c + bound + sqrt(D/c^2 + d_bound)     NaN: surely missed
-//! least = B/c - bound + sqrt(D/c^2 - d_bound)     NaN: not surely hit
+//! most  = b + sqrt d                          NaN: surely missed
+//! least = b - spread + sqrt(d - d_spread)     NaN: not surely hit
 //! ```
 //!
 //! Per pixel it is enough to keep the leader, the sphere of the greatest `least`,
@@ -15,11 +15,11 @@
 #[cfg(test)]
 mod tests;
 
-use wide::f32x8;
+use wide::{f32x8, f64x8};
 
 use super::{
     Bounds, Counts,
-    bins::Record,
+    bins::{Bins, Record},
     conic::{Around, Grid, Lanes, Local},
     decide::{Rung, decide},
     set_bits,
@@ -83,36 +83,44 @@ fn packet_mut(of: &mut [f32; SIDE + LANES], first: usize) -> &mut [f32] {
     &mut of[first..first + LANES]
 }
 
-/// A sphere's terms in eight rows: those that differ from row to row, and those
-/// that don't.
+/// A sphere's terms in the columns of a packet; what is left is a matter of the row,
+///
+/// ```text
+/// d = (d2 q + d1) q + d0     b = b1 q + b0
+/// ```
 #[derive(Clone, Copy, Debug)]
 struct Terms {
-    d0: [f32; BLOCK],
-    d1: [f32; BLOCK],
-    b0: [f32; BLOCK],
+    d0: f32x8,
+    d1: f32x8,
     d2: f32x8,
-    d_bound: f32x8,
+    b0: f32x8,
     b1: f32x8,
-    bound: f32x8,
+    /// If `CLEAR`, [`Local::clear`] and [`Local::clear_spread`].
+    d_spread: f32x8,
+    spread: f32x8,
     colour: f32x8,
 }
 
 impl Terms {
-    /// Of rows `q`, `q + 1`, ... from the middle of the tile.
+    /// Of columns `p` from where `local` is.
     #[inline(always)]
-    fn new(local: &Local, colours: &[f32; LANES], lane: usize, q: f32) -> Self {
-        let q = f32x8::splat(q) + f32x8::new(STEPS);
+    fn new<const CLEAR: bool>(local: &Local, colour: f32, lane: usize, p: f32x8) -> Self {
         let splat = |of: &[f32; LANES]| f32x8::splat(of[lane]);
-        let quadratic = splat(&local.d02).mul_add(q, splat(&local.d01));
+        let (d_spread, spread) = if CLEAR {
+            (&local.clear, &local.clear_spread)
+        } else {
+            (&local.d_spread, &local.spread)
+        };
+        let quadratic = splat(&local.d20).mul_add(p, splat(&local.d10));
         Self {
-            d0: quadratic.mul_add(q, splat(&local.d00)).to_array(),
-            d1: splat(&local.d11).mul_add(q, splat(&local.d10)).to_array(),
-            b0: splat(&local.b01).mul_add(q, splat(&local.b00)).to_array(),
-            d2: splat(&local.d20),
-            d_bound: splat(&local.d_bound),
-            b1: splat(&local.b10),
-            bound: splat(&local.bound),
-            colour: splat(colours),
+            d0: quadratic.mul_add(p, splat(&local.d00)),
+            d1: splat(&local.d11).mul_add(p, splat(&local.d01)),
+            d2: splat(&local.d02),
+            b0: splat(&local.b10).mul_add(p, splat(&local.b00)),
+            b1: splat(&local.b01),
+            d_spread: splat(d_spread),
+            spread: splat(spread),
+            colour: f32x8::splat(colour),
         }
     }
 }
@@ -126,38 +134,41 @@ impl Row {
         packet_mut(&mut self.colour, first).fill(background);
     }
 
-    /// Meets a sphere in the packet at `first`, `p` columns from the middle of the tile.
+    /// Meets a sphere in the packet at `first`, `q` rows from where its terms are.
     #[inline(always)]
-    fn meet<const PROVEN: bool>(&mut self, terms: &Terms, row: usize, first: usize, p: f32x8) {
-        let splat = |of: &[f32; BLOCK]| f32x8::splat(of[row % BLOCK]);
-        let d = terms.d2.mul_add(p, splat(&terms.d1));
-        let d = d.mul_add(p, splat(&terms.d0));
-        let b = terms.b1.mul_add(p, splat(&terms.b0));
+    fn meet<const PROVEN: bool, const CLEAR: bool>(
+        &mut self,
+        terms: &Terms,
+        first: usize,
+        q: f32x8,
+    ) {
+        let d = terms.d2.mul_add(q, terms.d1).mul_add(q, terms.d0);
+        let b = terms.b1.mul_add(q, terms.b0);
+        let most = b + d.sqrt();
         let leader = packet(&self.least, first);
         let colour = packet(&self.colour, first);
+        let (least, leads) = if !PROVEN {
+            (most, most.simd_gt(leader))
+        } else if CLEAR {
+            let least = most - terms.spread;
+            (least, least.simd_gt(leader) & d.simd_gt(terms.d_spread))
+        } else {
+            let least = (b - terms.spread) + (d - terms.d_spread).sqrt();
+            (least, least.simd_gt(leader))
+        };
         if PROVEN {
-            let most = (b + terms.bound) + (d + terms.d_bound).sqrt();
-            let least = (b - terms.bound) + (d - terms.d_bound).sqrt();
             let leader_most = packet(&self.most, first);
             let rival = packet(&self.rival, first);
-            let leads = least.simd_gt(leader);
             let loser = leads.select(leader_most, most);
             let rival = loser.simd_gt(rival).select(loser, rival);
-            let leader = leads.select(least, leader);
             let leader_most = leads.select(most, leader_most);
-            let colour = leads.select(terms.colour, colour);
             packet_mut(&mut self.rival, first).copy_from_slice(rival.as_array());
-            packet_mut(&mut self.least, first).copy_from_slice(leader.as_array());
             packet_mut(&mut self.most, first).copy_from_slice(leader_most.as_array());
-            packet_mut(&mut self.colour, first).copy_from_slice(colour.as_array());
-        } else {
-            let depth = b + d.sqrt();
-            let leads = depth.simd_gt(leader);
-            let leader = leads.select(depth, leader);
-            let colour = leads.select(terms.colour, colour);
-            packet_mut(&mut self.least, first).copy_from_slice(leader.as_array());
-            packet_mut(&mut self.colour, first).copy_from_slice(colour.as_array());
         }
+        let leader = leads.select(least, leader);
+        let colour = leads.select(terms.colour, colour);
+        packet_mut(&mut self.least, first).copy_from_slice(leader.as_array());
+        packet_mut(&mut self.colour, first).copy_from_slice(colour.as_array());
     }
 
     /// The lanes of a packet that no interval settles.
@@ -177,7 +188,7 @@ fn bits(colour: Rgb) -> f32 {
 
 /// The bytes of eight pixels.
 #[inline]
-fn rgb(colours: f32x8) -> [u8; LANES * BYTES_PER_PIXEL] {
+fn rgb(colours: f32x8) -> [[u8; 8]; BYTES_PER_PIXEL] {
     let colours: [u32; LANES] = bytemuck::cast(colours);
     let [a, b, c, d, e, f, g, h] = colours.map(u64::from);
     bytemuck::cast([
@@ -202,32 +213,75 @@ pub(super) struct Tile {
     pub(super) side: u32,
 }
 
+impl Tile {
+    /// Whether a box is all of it.
+    fn is_all_of(&self, record: &Record) -> bool {
+        record.left == 0
+            && usize::from(record.right) + 1 >= self.width
+            && usize::from(record.top) <= self.first
+            && usize::from(record.bottom) + 1 >= self.last
+    }
+}
+
 /// Blocks of a tile that are contested, and the spheres that may be seen in them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Contest<'a> {
     pub(super) scene: &'a Scene,
     pub(super) grid: &'a Grid,
+    pub(super) bins: &'a Bins,
     pub(super) bounds: Bounds,
     /// See [`Around::scale`].
     pub(super) scale: f64,
     pub(super) tile: Tile,
     pub(super) blocks: u64,
-    /// Small spheres, and then large ones.
-    pub(super) records: &'a [Record],
-    /// How many are small.
-    pub(super) small: usize,
+    /// Small spheres with less inverse depth are hidden.
+    pub(super) floor: f32,
+    pub(super) large: &'a [Record],
+}
+
+impl<'a> Contest<'a> {
+    /// The small spheres, in file order.
+    fn small(&self) -> impl Iterator<Item = &'a Record> + Clone {
+        let floor = self.floor;
+        self.runs()
+            .flatten()
+            .filter(move |record| record.most >= floor)
+    }
+
+    fn runs(&self) -> impl Iterator<Item = &'a [Record]> + Clone {
+        let Tile {
+            column, row, side, ..
+        } = self.tile;
+        self.bins.records(column / side, row / side)
+    }
+
+    fn touches(&self, record: &Record) -> bool {
+        self.blocks == u64::MAX || blocks_of_box(record) & self.blocks != 0
+    }
 }
 
 /// Room for the packets of one tile at a time.
 #[derive(Debug, Default)]
 pub(super) struct Depths {
     rows: Vec<Row>,
-    /// What was met in the tile, by place among the records.
-    candidates: Vec<u32>,
+    /// What was met in the tile.
+    candidates: Vec<Record>,
     /// First and last column and row of each candidate.
     boxes: Vec<[u8; 4]>,
-    order: Vec<u64>,
-    ordering: Order,
+    sorted: Vec<Record>,
+    order: Order,
+}
+
+/// What is known to be hidden while the spheres of a tile are met.
+#[derive(Debug)]
+struct Hidden {
+    /// All over the tile.
+    floor: f32,
+    /// In each block, if that was asked.
+    floors: Option<[f32; BLOCKS * BLOCKS]>,
+    met: u64,
+    next_floors: u64,
+    equal: Option<[f32; 4]>,
 }
 
 impl Depths {
@@ -246,7 +300,10 @@ impl Depths {
             let (across, down) = (record.right - record.left, record.bottom - record.top);
             (u64::from(across) + 1) * (u64::from(down) + 1)
         };
-        let overdraw = contest.records.iter().map(box_of).sum::<u64>();
+        let sample = contest.runs().flat_map(|run| run.iter().step_by(SAMPLE));
+        let sample = sample.filter(|record| record.most >= contest.floor);
+        let small = sample.map(box_of).sum::<u64>();
+        let overdraw = small * SAMPLE as u64 + contest.large.iter().map(box_of).sum::<u64>();
         let shallow = overdraw < SHALLOW * (SIDE * SIDE) as u64;
         match contest.bounds {
             Bounds::Ignored => self.meet_all::<false>(contest, !shallow, counts),
@@ -268,9 +325,11 @@ impl Depths {
                 let at = (tile.column as usize + first) * BYTES_PER_PIXEL;
                 let line = &mut line[at..at + lanes * BYTES_PER_PIXEL];
                 let rgb = rgb(packet(&packets.colour, first));
-                match <&mut [u8; LANES * BYTES_PER_PIXEL]>::try_from(&mut *line) {
-                    Ok(eight) => *eight = rgb,
-                    Err(_) => line.copy_from_slice(&rgb[..lanes * BYTES_PER_PIXEL]),
+                match line.as_chunks_mut().0 {
+                    [a, b, c] => [*a, *b, *c] = rgb,
+                    _ => line.copy_from_slice(
+                        &bytemuck::cast::<_, [u8; 24]>(rgb)[..lanes * BYTES_PER_PIXEL],
+                    ),
                 }
                 counts.packets += lanes as u64;
                 if contest.bounds == Bounds::Ignored {
@@ -311,39 +370,24 @@ impl Depths {
             if boxes.iter().fold(false, |any, sides| any | holds(sides)) {
                 let holding = boxes.iter().zip(candidates);
                 let holding = holding.filter(|(sides, _)| holds(sides));
-                let holding =
-                    holding.map(|(_, &place)| contest.records[place as usize].candidate());
-                near.extend(holding);
+                near.extend(holding.map(|(_, record)| record.candidate()));
             }
         }
         let trusted = contest.bounds != Bounds::Refused;
         decide(contest.grid.camera(), at, near.iter().copied(), trusted)
     }
 
-    /// All candidates of the tile, the nearest first, each in the blocks where it
-    /// isn't hidden.
+    /// All candidates of the tile, if `sorted` the nearest first and each only in the
+    /// blocks where it isn't hidden.
     fn meet_all<const PROVEN: bool>(
         &mut self,
         contest: &Contest<'_>,
         sorted: bool,
         counts: &mut Counts,
     ) {
-        let &Contest {
-            tile,
-            blocks,
-            records,
-            ..
-        } = contest;
-        let half = tile.side / 2;
-        let around = Around {
-            column: i64::from(tile.column) + i64::from(half),
-            row: i64::from(tile.row) + i64::from(half),
-            half: f64::from(half),
-            scale: contest.scale,
-        };
         self.rows.resize(SIDE, EMPTY);
         let background = bits(contest.scene.background);
-        for block in set_bits(blocks) {
+        for block in set_bits(contest.blocks) {
             let (first, rows) = columns_and_rows(block);
             for row in &mut self.rows[rows] {
                 row.clear(first, background);
@@ -351,103 +395,190 @@ impl Depths {
         }
         self.candidates.clear();
         self.boxes.clear();
-        let mut order = std::mem::take(&mut self.order);
-        touching(records, blocks, &mut order);
+        let mut hidden = Hidden {
+            floor: f32::NEG_INFINITY,
+            floors: None,
+            met: 0,
+            next_floors: if sorted { FIRST_FLOORS } else { u64::MAX },
+            equal: None,
+        };
         if sorted {
-            nearest_first(&mut order, &mut self.ordering);
-        }
-
-        let mut floors = [f32::NEG_INFINITY; BLOCKS * BLOCKS];
-        let mut floor = f32::NEG_INFINITY;
-        let mut floors_known = false;
-        let (mut met, mut next_floors) = (0, FIRST_FLOORS);
-        let mut equal: Option<[f32; 4]> = None;
-        for eight in order.chunks(LANES) {
-            let place = |lane: usize| eight[lane.min(eight.len() - 1)] as u32 as usize;
-            let of: [&Record; LANES] = std::array::from_fn(|lane| &records[place(lane)]);
-            if sorted && f64::from(of[0].most) * around.scale < f64::from(floor) {
-                break;
+            let mut records = std::mem::take(&mut self.sorted);
+            let mut order = std::mem::take(&mut self.order);
+            records.clear();
+            records.extend(contest.small().chain(contest.large));
+            records.retain(|record| contest.touches(record));
+            for keys in order.nearest_first(&records).chunks(LANES) {
+                let nearest = &records[place(keys[0])];
+                if f64::from(nearest.most) * contest.scale < f64::from(hidden.floor) {
+                    break;
+                }
+                let mut eight = [Record::default(); LANES];
+                for (record, &key) in eight.iter_mut().zip(keys) {
+                    *record = records[place(key)];
+                }
+                self.meet_eight::<PROVEN, true>(contest, &eight[..keys.len()], &mut hidden);
             }
-            let lanes = Lanes::of(of.into_iter().map(|record| record.sphere));
-            let most = of.map(|record| record.most);
-            let colours = of.map(|record| bits(record.colour));
-            let local = if (0..LANES).any(|lane| place(lane) >= contest.small) {
-                Local::new::<true>(contest.grid, &around, &lanes, most, contest.bounds)
-            } else {
-                Local::new::<false>(contest.grid, &around, &lanes, most, contest.bounds)
-            };
-            for (lane, record) in of.into_iter().enumerate().take(eight.len()) {
+            self.sorted = records;
+            self.order = order;
+        } else {
+            let touching = |record: &&Record| contest.touches(record);
+            let mut eight = [Record::default(); LANES];
+            let mut count = 0;
+            contest.large.iter().filter(touching).for_each(|record| {
+                eight[count] = *record;
+                count += 1;
+                if count == LANES {
+                    self.meet_eight::<PROVEN, true>(contest, &eight, &mut hidden);
+                    count = 0;
+                }
+            });
+            self.meet_eight::<PROVEN, true>(contest, &eight[..count], &mut hidden);
+            count = 0;
+            contest.small().filter(touching).for_each(|record| {
+                eight[count] = *record;
+                count += 1;
+                if count == LANES {
+                    self.meet_eight::<PROVEN, false>(contest, &eight, &mut hidden);
+                    count = 0;
+                }
+            });
+            self.meet_eight::<PROVEN, false>(contest, &eight[..count], &mut hidden);
+        }
+        counts.tests += hidden.met;
+    }
+
+    /// Up to eight spheres.
+    #[inline]
+    fn meet_eight<const PROVEN: bool, const SORTED: bool>(
+        &mut self,
+        contest: &Contest<'_>,
+        records: &[Record],
+        hidden: &mut Hidden,
+    ) {
+        let count = records.len();
+        if count == 0 {
+            return;
+        }
+        let eight: [&Record; LANES] = std::array::from_fn(|lane| &records[lane.min(count - 1)]);
+
+        let tile = &contest.tile;
+        let of = |value: fn(&Record) -> u8| eight.map(|record| u32::from(value(record)));
+        let (left, right) = (of(|record| record.left), of(|record| record.right));
+        let (top, bottom) = (of(|record| record.top), of(|record| record.bottom));
+        let across = |lane: usize| (right[lane] - left[lane] + LANES as u32) / 2;
+        let down = |lane: usize| (bottom[lane] - top[lane] + 2) / 2;
+        let doubles = |value: &dyn Fn(usize) -> u32| {
+            f64x8::new(std::array::from_fn(|lane| f64::from(value(lane))))
+        };
+        let around = Around {
+            columns: doubles(&|lane| left[lane] + across(lane))
+                + f64x8::splat(f64::from(tile.column)),
+            rows: doubles(&|lane| top[lane] + down(lane)) + f64x8::splat(f64::from(tile.row)),
+            across: doubles(&across),
+            down: doubles(&down),
+            scale: contest.scale,
+        };
+        let lanes = Lanes::of(eight.iter().map(|record| record.sphere));
+        let most = eight.map(|record| record.most);
+        let local = Local::new::<SORTED>(contest.grid, &around, &lanes, most, contest.bounds);
+        if !SORTED {
+            self.candidates.extend_from_slice(records);
+            self.boxes.extend(records.iter().map(Record::sides));
+        }
+        for (lane, record) in records.iter().enumerate() {
+            if local.most[lane] < hidden.floor.max(0.0) {
+                continue;
+            }
+            let colour = bits(record.colour);
+            if !SORTED && record.is_narrow() {
+                hidden.met += self.meet_narrow::<PROVEN>(&local, lane, colour, record);
+                continue;
+            }
+            let mut open = contest.blocks & blocks_of_box(record);
+            if SORTED {
                 // Of equal spheres the first of the file is seen; they sort together.
-                if local.most[lane] < floor.max(0.0) || equal == Some(record.sphere) {
+                if hidden.equal == Some(record.sphere) {
                     continue;
                 }
-                equal = Some(record.sphere);
-                floor = floor.max(local.least[lane]);
-                let sides = [record.left, record.right, record.top, record.bottom];
-                self.candidates.push(place(lane) as u32);
-                self.boxes.push(sides);
-                let mut open = blocks & blocks_of_box(record);
-                if floors_known {
+                hidden.equal = Some(record.sphere);
+                if tile.is_all_of(record) {
+                    hidden.floor = hidden.floor.max(local.least[lane]);
+                }
+                self.candidates.push(*record);
+                self.boxes.push(record.sides());
+                if let Some(floors) = &hidden.floors {
                     let seen = |&block: &usize| local.most[lane] >= floors[block];
                     open = set_bits(open)
                         .filter(seen)
                         .fold(0, |open, block| open | 1 << block);
                 }
-                let terms = |q| Terms::new(&local, &colours, lane, q);
-                met += self.meet::<PROVEN>(terms, sides, half as f32, open);
-                if PROVEN && met >= next_floors {
-                    next_floors = met + (met / 4).max(FIRST_FLOORS);
-                    floors_known = true;
-                    for block in set_bits(blocks) {
-                        floors[block] = self.floor(block);
-                    }
-                    let least = set_bits(blocks).map(|block| floors[block]);
-                    floor = floor.max(least.fold(f32::INFINITY, f32::min));
-                }
+            }
+            hidden.met += if open == 0 {
+                0
+            } else if record.is_narrow() {
+                self.meet_narrow::<PROVEN>(&local, lane, colour, record)
+            } else {
+                self.meet_wide::<PROVEN>(&local, lane, colour, record, open)
+            };
+            if PROVEN && hidden.met >= hidden.next_floors {
+                hidden.next_floors = hidden.met + (hidden.met / 4).max(FIRST_FLOORS);
+                let floors = std::array::from_fn(|block| self.floor(block));
+                let least = set_bits(contest.blocks).map(|block| floors[block]);
+                hidden.floor = hidden.floor.max(least.fold(f32::INFINITY, f32::min));
+                hidden.floors = Some(floors);
             }
         }
-        counts.tests += met;
-        self.order = order;
     }
 
-    /// Meets a sphere in its box, in some blocks and perhaps beside them; returns in
-    /// how many packets.
-    #[inline]
-    fn meet<const PROVEN: bool>(
+    /// Meets a sphere in one packet a row, wherever its box begins: what is met beside
+    /// it is a miss. Returns in how many packets.
+    #[inline(always)]
+    fn meet_narrow<const PROVEN: bool>(
         &mut self,
-        terms: impl Fn(f32) -> Terms,
-        [left, right, top, bottom]: [u8; 4],
-        half: f32,
+        local: &Local,
+        lane: usize,
+        colour: f32,
+        record: &Record,
+    ) -> u64 {
+        let [left, _, top, bottom] = record.sides().map(usize::from);
+        let p = f32x8::new(STEPS) + f32x8::splat(local.p[lane]);
+        let terms = Terms::new::<true>(local, colour, lane, p);
+        let mut q = f32x8::splat(local.q[lane]);
+        for packets in &mut self.rows[top..bottom + 1] {
+            packets.meet::<PROVEN, true>(&terms, left, q);
+            q += f32x8::splat(1.0);
+        }
+        (bottom + 1 - top) as u64
+    }
+
+    /// Meets a sphere in some blocks of its box, and perhaps beside them.
+    fn meet_wide<const PROVEN: bool>(
+        &mut self,
+        local: &Local,
+        lane: usize,
+        colour: f32,
+        record: &Record,
         blocks: u64,
     ) -> u64 {
-        let [left, right, top, bottom] = [left, right, top, bottom].map(usize::from);
-        if blocks == 0 {
-            return 0;
-        }
-        if right - left < LANES && bottom - top < BLOCK {
-            // One packet a row, wherever it begins: what it meets besides is a miss.
-            let terms = terms(top as f32 - half);
-            let p = f32x8::new(STEPS) + f32x8::splat(left as f32 - half);
-            for (row, packets) in self.rows[top..bottom + 1].iter_mut().enumerate() {
-                packets.meet::<PROVEN>(&terms, row, left, p);
-            }
-            return (bottom + 1 - top) as u64;
-        }
+        let [left, right, top, bottom] = record.sides().map(usize::from);
         let mut met = 0;
         for down in top / BLOCK..bottom / BLOCK + 1 {
             let in_row = blocks >> (down * BLOCKS) & 0xff;
             if in_row == 0 {
                 continue;
             }
-            let left = left.max(in_row.trailing_zeros() as usize * BLOCK);
-            let right = right.min((63 - in_row.leading_zeros() as usize) * BLOCK + BLOCK - 1);
+            let from = left.max(in_row.trailing_zeros() as usize * BLOCK);
+            let to = right.min((63 - in_row.leading_zeros() as usize) * BLOCK + BLOCK - 1);
             let origin = down * BLOCK;
-            let terms = terms(origin as f32 - half);
             let rows = top.max(origin)..(bottom + 1).min(origin + BLOCK);
-            for first in (left..right + 1).step_by(LANES) {
-                let p = f32x8::new(STEPS) + f32x8::splat(first as f32 - half);
-                for (row, packets) in rows.clone().zip(&mut self.rows[rows.clone()]) {
-                    packets.meet::<PROVEN>(&terms, row, first, p);
+            for first in (from..to + 1).step_by(LANES) {
+                let p = f32x8::splat((first - left) as f32 + local.p[lane]);
+                let terms = Terms::new::<false>(local, colour, lane, f32x8::new(STEPS) + p);
+                let mut q = f32x8::splat((rows.start - top) as f32 + local.q[lane]);
+                for packets in &mut self.rows[rows.clone()] {
+                    packets.meet::<PROVEN, false>(&terms, first, q);
+                    q += f32x8::splat(1.0);
                 }
                 met += rows.len() as u64;
             }
@@ -473,6 +604,9 @@ fn columns_and_rows(block: usize) -> (usize, std::ops::Range<usize>) {
 /// Boxes that would cover a tile so many times are worth ordering.
 const SHALLOW: u64 = 16;
 
+/// Of so many small spheres one is asked for its box.
+const SAMPLE: usize = 16;
+
 /// So many open pixels in a tile are no accident: some spheres may be equal.
 const MANY_OPEN: u32 = 64;
 
@@ -489,59 +623,65 @@ pub(super) fn colour_of(scene: &Scene, seen: Seen) -> Rgb {
     }
 }
 
-/// The places of `records` that touch `blocks`, as the low halves of keys that are
-/// the less the nearer a sphere is, and of those that are equally near by file.
-fn touching(records: &[Record], blocks: u64, keys: &mut Vec<u64>) {
-    keys.clear();
-    let places = (0_u64..).zip(records);
-    let touching =
-        places.filter(|(_, record)| blocks == u64::MAX || blocks_of_box(record) & blocks != 0);
-    // Depths are not negative, so their bits are ordered as they are.
-    keys.extend(touching.map(|(at, record)| u64::from(!record.most.to_bits()) << 32 | at));
-}
-
-/// Sorts keys.
-fn nearest_first(order: &mut Vec<u64>, scratch: &mut Order) {
-    if order.is_sorted() {
-        return;
-    }
-    let Order { keys, starts } = scratch;
-    std::mem::swap(order, keys);
-    let ends = |(low, high): (u64, u64), &key: &u64| (low.min(key), high.max(key));
-    let (low, high) = keys.iter().fold((u64::MAX, 0), ends);
-    // Into as many buckets of like depth as there are keys, and each by itself.
-    let bits = keys.len().ilog2().clamp(4, 12);
-    let shift = (64 - (high - low).leading_zeros()).saturating_sub(bits);
-    let bucket = |key: u64| ((key - low) >> shift) as usize;
-    starts.clear();
-    starts.resize((1 << bits) + 1, 0);
-    for &key in &*keys {
-        starts[bucket(key)] += 1;
-    }
-    let mut total = 0;
-    for start in &mut *starts {
-        total += std::mem::replace(start, total);
-    }
-    order.resize(keys.len(), 0);
-    for &key in &*keys {
-        let start = &mut starts[bucket(key)];
-        order[*start as usize] = key;
-        *start += 1;
-    }
-    let mut first = 0;
-    for &last in &*starts {
-        if last > first + 1 {
-            order[first as usize..last as usize].sort_unstable();
-        }
-        first = last;
-    }
-}
-
 /// Room for ordering.
 #[derive(Debug, Default)]
 struct Order {
     keys: Vec<u64>,
     starts: Vec<u32>,
+    sorted: Vec<u64>,
+}
+
+/// Which record a key is of.
+fn place(key: u64) -> usize {
+    key as u32 as usize
+}
+
+impl Order {
+    /// Keys of records, the nearest first, and of those that are equally near in the
+    /// order they have.
+    fn nearest_first(&mut self, records: &[Record]) -> &[u64] {
+        let Self {
+            keys,
+            starts,
+            sorted,
+        } = self;
+        keys.clear();
+        // Depths are not negative, so their bits are ordered as they are.
+        let key = |(at, record): (u64, &Record)| u64::from(!record.most.to_bits()) << 32 | at;
+        keys.extend((0..).zip(records).map(key));
+        if keys.is_sorted() {
+            return keys;
+        }
+        let ends = |(low, high): (u64, u64), &key: &u64| (low.min(key), high.max(key));
+        let (low, high) = keys.iter().fold((u64::MAX, 0), ends);
+        // Into as many buckets of like depth as there are keys, and each by itself.
+        let bits = keys.len().ilog2().clamp(4, 12);
+        let shift = (64 - (high - low).leading_zeros()).saturating_sub(bits);
+        let bucket = |key: u64| ((key - low) >> shift) as usize;
+        starts.clear();
+        starts.resize((1 << bits) + 1, 0);
+        for &key in &*keys {
+            starts[bucket(key)] += 1;
+        }
+        let mut total = 0;
+        for start in &mut *starts {
+            total += std::mem::replace(start, total);
+        }
+        sorted.resize(keys.len(), 0);
+        for &key in &*keys {
+            let start = &mut starts[bucket(key)];
+            sorted[*start as usize] = key;
+            *start += 1;
+        }
+        let mut first = 0;
+        for &last in &*starts {
+            if last > first + 1 {
+                sorted[first as usize..last as usize].sort_unstable();
+            }
+            first = last;
+        }
+        sorted
+    }
 }
 
 /// The blocks of a sphere's box.

@@ -5,12 +5,13 @@
 //! picture holds for its pixels, and can be asked right beside an edge.
 
 use dashu::float::FBig;
+use wide::f64x8;
 
 use super::{conic::Around, decide::U};
 use crate::{
     camera::{Camera, ImageSize},
     scene::Viewport,
-    spheres::Sphere,
+    spheres::{LANES, Sphere},
 };
 
 pub(super) type Dyadic = FBig;
@@ -172,7 +173,7 @@ impl Trial {
     fn edge(&self, left: bool) -> u32 {
         let [x, y, z] = self.sphere.centre.map(f64::from);
         let r = f64::from(self.sphere.radius);
-        let slope = self.camera.y_slope(i64::from(self.row));
+        let slope = y_slope(&self.camera, self.row);
         let k = y * y + z * z - r * r;
         let n = y - z * slope;
         let e = r * r * (slope * slope + 1.0) - n * n;
@@ -235,19 +236,39 @@ pub(super) fn each_trial(
     }
 }
 
-/// A tile that holds the trial's pixel, and depths as if of a scene with a sphere
-/// that is as near, or far nearer.
+/// A rectangle that holds the trial's pixel, eight times, and depths as if of a scene
+/// with a sphere that is as near, or far nearer.
 pub(super) fn around(trial: &Trial, most: f32, random: &mut Random) -> Around {
-    let side = 8_u32 << random.below(4);
     let greatest = if most.is_finite() { most } else { f32::MAX };
     let exponent = f64::from(greatest.max(f32::MIN_POSITIVE)).log2().floor();
     let nearer = [0.0, 0.0, 0.0, 5.0, 20.0, 60.0][random.below(6) as usize];
+    let scale = (-(exponent + nearer).min(127.0)).exp2();
+    let mut side = |at: u32, least: u64| {
+        let most = [1, 4, 32][random.below(3) as usize];
+        let half = least + random.below(most);
+        let middle = f64::from(at) - half as f64 + random.below(2 * half + 1) as f64;
+        (f64x8::splat(middle), f64x8::splat(half as f64))
+    };
+    let (columns, across) = side(trial.column, LANES as u64 / 2);
+    let (rows, down) = side(trial.row, 1);
     Around {
-        column: i64::from(trial.column / side * side + side / 2),
-        row: i64::from(trial.row / side * side + side / 2),
-        half: f64::from(side / 2),
-        scale: (-(exponent + nearer).min(127.0)).exp2(),
+        columns,
+        rows,
+        across,
+        down,
+        scale,
     }
+}
+
+/// `x/z` of a column, `y/z` of a row, as well as doubles can say.
+fn x_slope(camera: &Camera, column: u32) -> f64 {
+    let last = f64::from(camera.size().width() - 1);
+    camera.x_extent() * (f64::from(column) / last.max(1.0) - 0.5 * last.min(1.0))
+}
+
+fn y_slope(camera: &Camera, row: u32) -> f64 {
+    let last = f64::from(camera.size().height() - 1);
+    camera.y_extent() * (0.5 * last.min(1.0) - f64::from(row) / last.max(1.0))
 }
 
 fn image_size(random: &mut Random) -> ImageSize {
@@ -312,11 +333,7 @@ fn viewport(random: &mut Random) -> Viewport {
 }
 
 fn sphere(random: &mut Random, camera: &Camera, column: u32, row: u32) -> Sphere {
-    let ray = [
-        camera.x_slope(i64::from(column)),
-        camera.y_slope(i64::from(row)),
-        1.0,
-    ];
+    let ray = [x_slope(camera, column), y_slope(camera, row), 1.0];
     let length = |v: [f64; 3]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
     let ray = ray.map(|component| component / length(ray));
     let depth = random.power(10.0, -2.0, 4.0);
@@ -389,8 +406,8 @@ fn sphere(random: &mut Random, camera: &Camera, column: u32, row: u32) -> Sphere
 /// A centre somewhere about the ray, of few digits.
 fn whole_touching(random: &mut Random, camera: &Camera, column: u32, row: u32) -> [f64; 3] {
     let depth = random.below(1 << 10) as f64 + 1.0;
-    let x = (camera.x_slope(i64::from(column)) * depth * 16.0).round() / 16.0;
-    let y = (camera.y_slope(i64::from(row)) * depth * 16.0).round() / 16.0;
+    let x = (x_slope(camera, column) * depth * 16.0).round() / 16.0;
+    let y = (y_slope(camera, row) * depth * 16.0).round() / 16.0;
     [x, y, depth]
 }
 

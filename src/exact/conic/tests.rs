@@ -329,24 +329,28 @@ fn no_hit_is_farther_than_the_least() {
     assert!(farthest > 20_000, "only {farthest} hits");
 }
 
-/// `D/c^2`, `B/c` in floats, in the order in which packets compute them.
+/// `d`, `b` in floats, in the order in which packets compute them.
 fn evaluated(local: &Local, p: f32, q: f32) -> (f32, f32) {
     let splat = |of: &[f32; LANES]| f32x8::splat(of[0]);
     let (p, q) = (f32x8::splat(p), f32x8::splat(q));
-    let d0 = splat(&local.d02).mul_add(q, splat(&local.d01));
-    let d0 = d0.mul_add(q, splat(&local.d00));
-    let d1 = splat(&local.d11).mul_add(q, splat(&local.d10));
-    let d = splat(&local.d20).mul_add(p, d1).mul_add(p, d0);
-    let b0 = splat(&local.b01).mul_add(q, splat(&local.b00));
-    let b = splat(&local.b10).mul_add(p, b0);
+    let d0 = splat(&local.d20).mul_add(p, splat(&local.d10));
+    let d0 = d0.mul_add(p, splat(&local.d00));
+    let d1 = splat(&local.d11).mul_add(p, splat(&local.d01));
+    let d = splat(&local.d02).mul_add(q, d1).mul_add(q, d0);
+    let b0 = splat(&local.b10).mul_add(p, splat(&local.b00));
+    let b = splat(&local.b01).mul_add(q, b0);
     (d.to_array()[0], b.to_array()[0])
 }
 
-/// Whether `|value/unit - exact/(c unit)| <= bound`, given `exact` over `c` to some power.
-fn within(value: f32, exact: &Dyadic, unit: &Dyadic, bound: f64) -> bool {
-    let error = dyadic(f64::from(value)) * unit - exact;
-    let bound = dyadic(bound) * unit;
-    &error * &error <= &bound * &bound
+/// Whether `exact/unit <= value <= exact/unit + spread`, for `unit > 0` or `< 0`.
+fn within(value: f32, exact: &Dyadic, unit: &Dyadic, spread: f32) -> bool {
+    if value == f32::INFINITY {
+        return spread == f32::INFINITY;
+    }
+    let [value, spread] = [value, spread].map(|float| dyadic(f64::from(float)));
+    let sign = if *unit < Dyadic::ZERO { -1.0 } else { 1.0 };
+    let above = (value * unit - exact) * dyadic(sign);
+    above >= Dyadic::ZERO && above <= spread * unit * dyadic(sign)
 }
 
 #[test]
@@ -361,32 +365,45 @@ fn local_terms_are_within_their_bounds() {
         let scale = dyadic(around.scale);
         covering += u64::from(local.least[0] > 0.0);
         away += u64::from(local.most[0] < 0.0);
-        let half = around.half as i64;
-        let mut places = vec![(-half, -half), (half, half), (-half, half), (half, -half)];
-        places.push((
-            i64::from(trial.column) - around.column,
-            i64::from(trial.row) - around.row,
-        ));
-        let mut any = || random.below(2 * half as u64 + 1) as i64 - half;
-        places.extend([(any(), any()), (any(), any())]);
-        for (p, q) in places {
-            let (column, row) = ((around.column + p) as f64, (around.row + q) as f64);
+        let of = |lanes: f64x8| lanes.to_array()[0];
+        let (middle, half) = (
+            [of(around.columns), of(around.rows)],
+            [of(around.across), of(around.down)],
+        );
+        let mut places = vec![[-1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [1.0, -1.0]];
+        let mut any = || {
+            let mut side = |half: f64| {
+                let steps = random.below(2 * half as u64 + 1) as f64 - half;
+                if half > 0.0 { steps / half } else { 0.0 }
+            };
+            [side(half[0]), side(half[1])]
+        };
+        places.extend([any(), any()]);
+        let mut places: Vec<_> = places
+            .into_iter()
+            .map(|[p, q]| [(p * half[0]).round(), (q * half[1]).round()])
+            .collect();
+        places.push([
+            f64::from(trial.column) - middle[0],
+            f64::from(trial.row) - middle[1],
+        ]);
+        for [p, q] in places {
+            let (column, row) = (middle[0] + p, middle[1] + q);
             let truth = trial.truth_at(column, row);
-            if local.d_bound[0].is_finite() {
+            if local.d_spread[0].is_finite() {
                 known += 1;
                 let (d, b) = evaluated(&local, p as f32, q as f32);
-                // A packet adds its bounds in floats; they leave room for that.
                 let unit = &truth.c * &truth.z;
                 let exact = &truth.d * &scale * &scale;
-                if !within(d, &exact, &(&unit * &unit), f64::from(local.d_bound[0])) {
+                if !within(d, &exact, &(&unit * &unit), local.d_spread[0]) {
                     return Err(format!(
-                        "D/c^2 at ({p}, {q}): {d:e} +- {:e}",
-                        local.d_bound[0]
+                        "D/c^2 at ({p}, {q}): {d:e} - {:e}",
+                        local.d_spread[0]
                     ));
                 }
                 let exact = &truth.b * &scale;
-                if !within(b, &exact, &unit, f64::from(local.bound[0])) {
-                    return Err(format!("B/c at ({p}, {q}): {b:e} +- {:e}", local.bound[0]));
+                if !within(b, &exact, &unit, local.spread[0]) {
+                    return Err(format!("B/c at ({p}, {q}): {b:e} - {:e}", local.spread[0]));
                 }
                 if truth.c > Dyadic::ZERO && truth.b <= Dyadic::ZERO {
                     return Err(format!("B <= 0 at ({p}, {q})"));
