@@ -33,7 +33,7 @@ const ROWS: usize = BLOCK * BLOCKS;
 const CROWD_OF_LARGE: usize = 64;
 
 /// With more small spheres than this in a tile, packets do all of it.
-const CROWD_OF_SMALL: usize = 96;
+const CROWD_OF_SMALL: usize = 32;
 
 /// Room for one band at a time.
 #[derive(Debug, Default)]
