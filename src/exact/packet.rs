@@ -15,6 +15,8 @@
 #[cfg(test)]
 mod tests;
 
+use std::ops::ControlFlow;
+
 use wide::{f32x8, f64x8};
 
 use super::{
@@ -399,7 +401,7 @@ impl Depths {
             floor: f32::NEG_INFINITY,
             floors: None,
             met: 0,
-            next_floors: if sorted { FIRST_FLOORS } else { u64::MAX },
+            next_floors: FIRST_FLOORS,
             equal: None,
         };
         if sorted {
@@ -408,59 +410,40 @@ impl Depths {
             records.clear();
             records.extend(contest.small().chain(contest.large));
             records.retain(|record| contest.touches(record));
-            for keys in order.nearest_first(&records).chunks(LANES) {
-                let nearest = &records[place(keys[0])];
-                if f64::from(nearest.most) * contest.scale < f64::from(hidden.floor) {
-                    break;
-                }
-                let mut eight = [Record::default(); LANES];
-                for (record, &key) in eight.iter_mut().zip(keys) {
-                    *record = records[place(key)];
-                }
-                self.meet_eight::<PROVEN, true>(contest, &eight[..keys.len()], &mut hidden);
-            }
+            let nearest_first = order.nearest_first(&records).iter();
+            let nearest_first = nearest_first.map(|&key| &records[place(key)]);
+            in_eights(nearest_first, |eight| {
+                self.meet_eight::<PROVEN, true>(contest, eight, &mut hidden)
+            });
             self.sorted = records;
             self.order = order;
         } else {
             let touching = |record: &&Record| contest.touches(record);
-            let mut eight = [Record::default(); LANES];
-            let mut count = 0;
-            contest.large.iter().filter(touching).for_each(|record| {
-                eight[count] = *record;
-                count += 1;
-                if count == LANES {
-                    self.meet_eight::<PROVEN, true>(contest, &eight, &mut hidden);
-                    count = 0;
-                }
+            in_eights(contest.large.iter().filter(touching), |eight| {
+                self.meet_eight::<PROVEN, true>(contest, eight, &mut hidden)
             });
-            self.meet_eight::<PROVEN, true>(contest, &eight[..count], &mut hidden);
-            count = 0;
-            contest.small().filter(touching).for_each(|record| {
-                eight[count] = *record;
-                count += 1;
-                if count == LANES {
-                    self.meet_eight::<PROVEN, false>(contest, &eight, &mut hidden);
-                    count = 0;
-                }
+            in_eights(contest.small().filter(touching), |eight| {
+                self.meet_eight::<PROVEN, false>(contest, eight, &mut hidden)
             });
-            self.meet_eight::<PROVEN, false>(contest, &eight[..count], &mut hidden);
         }
         counts.tests += hidden.met;
     }
 
-    /// Up to eight spheres.
+    /// Meets up to eight spheres; if they are `SORTED`, what is hidden by those before
+    /// is left out, and it is asked what they hide themselves. Breaks if all that
+    /// follow are hidden.
     #[inline]
     fn meet_eight<const PROVEN: bool, const SORTED: bool>(
         &mut self,
         contest: &Contest<'_>,
         records: &[Record],
         hidden: &mut Hidden,
-    ) {
-        let count = records.len();
-        if count == 0 {
-            return;
+    ) -> ControlFlow<()> {
+        if SORTED && f64::from(records[0].most) * contest.scale < f64::from(hidden.floor) {
+            return ControlFlow::Break(());
         }
-        let eight: [&Record; LANES] = std::array::from_fn(|lane| &records[lane.min(count - 1)]);
+        let eight: [&Record; LANES] =
+            std::array::from_fn(|lane| &records[lane.min(records.len() - 1)]);
 
         let tile = &contest.tile;
         let of = |value: fn(&Record) -> u8| eight.map(|record| u32::from(value(record)));
@@ -521,14 +504,19 @@ impl Depths {
             } else {
                 self.meet_wide::<PROVEN>(&local, lane, colour, record, open)
             };
-            if PROVEN && hidden.met >= hidden.next_floors {
+            if PROVEN && SORTED && hidden.met >= hidden.next_floors {
                 hidden.next_floors = hidden.met + (hidden.met / 4).max(FIRST_FLOORS);
-                let floors = std::array::from_fn(|block| self.floor(block));
-                let least = set_bits(contest.blocks).map(|block| floors[block]);
-                hidden.floor = hidden.floor.max(least.fold(f32::INFINITY, f32::min));
+                let mut floors = [f32::NEG_INFINITY; BLOCKS * BLOCKS];
+                let mut least = f32::INFINITY;
+                for block in set_bits(contest.blocks) {
+                    floors[block] = self.floor(block);
+                    least = least.min(floors[block]);
+                }
+                hidden.floor = hidden.floor.max(least);
                 hidden.floors = Some(floors);
             }
         }
+        ControlFlow::Continue(())
     }
 
     /// Meets a sphere in one packet a row, wherever its box begins: what is met beside
@@ -592,6 +580,28 @@ impl Depths {
         let least = self.rows[rows].iter().map(|row| packet(&row.least, first));
         let least = least.fold(f32x8::splat(f32::INFINITY), f32x8::fast_min);
         least.to_array().into_iter().fold(f32::INFINITY, f32::min)
+    }
+}
+
+/// Visits records eight at a time, the last time maybe fewer.
+#[inline]
+fn in_eights<'a>(
+    mut records: impl Iterator<Item = &'a Record>,
+    mut visit: impl FnMut(&[Record]) -> ControlFlow<()>,
+) {
+    let mut eight = [Record::default(); LANES];
+    let mut count = 0;
+    let flow = records.try_for_each(|record| {
+        eight[count] = *record;
+        count = (count + 1) % LANES;
+        if count == 0 {
+            visit(&eight)
+        } else {
+            ControlFlow::Continue(())
+        }
+    });
+    if flow.is_continue() && count > 0 {
+        let _ = visit(&eight[..count]);
     }
 }
 
