@@ -9,7 +9,7 @@
 //! side. Those, and everything else that is not ordinary, go to the standard
 //! library, which is correctly rounded.
 
-use wide::i8x32;
+use wide::{f64x4, i8x32, i16x8, i16x16, u8x16, u64x4};
 
 /// What stands between words.
 #[inline(always)]
@@ -102,8 +102,8 @@ pub(super) const SPAN: usize = 64;
 ///
 /// With the ends of all words known beforehand no word waits for the one before it.
 pub(super) struct Span<'a> {
-    /// Eight more, so that eight can be loaded anywhere.
-    bytes: &'a [u8; SPAN + 8],
+    /// More, so that sixteen can be loaded anywhere.
+    bytes: &'a [u8; SPAN + 16],
     pub(super) blanks: u64,
     points: u64,
     /// All that are not digits.
@@ -113,7 +113,7 @@ pub(super) struct Span<'a> {
 impl<'a> Span<'a> {
     #[inline(always)]
     pub(super) fn new(text: &'a [u8]) -> Option<Self> {
-        let bytes: &[u8; SPAN + 8] = text.first_chunk()?;
+        let bytes: &[u8; SPAN + 16] = text.first_chunk()?;
         let (halves, _) = bytes.as_chunks::<32>();
         let mut span = Self {
             bytes,
@@ -141,53 +141,105 @@ impl<'a> Span<'a> {
         self.bytes[at % SPAN]
     }
 
-    /// Eight bytes, the first in the lowest place.
+    /// The numbers that four words are, `start < end < SPAN`, one after the other with
+    /// only blanks between, if each is at most 15 digits and a point.
     #[inline(always)]
-    fn eight(&self, at: usize) -> u64 {
-        let bytes = self.bytes[at % SPAN..].first_chunk();
-        bytes.map_or(0, |bytes| u64::from_le_bytes(*bytes))
+    pub(super) fn numbers(&self, words: [(usize, usize); 4]) -> Option<[f32; 4]> {
+        let mut ordinary = true;
+        let mut expected = 0;
+        let (mut signs, mut fractions) = ([0; 4], [0; 4]);
+        let mut digits = [u8x16::splat(0); 4];
+        for (number, (start, end)) in words.into_iter().enumerate() {
+            let negative = self.byte(start) == b'-';
+            let first = start + usize::from(negative);
+            let point = ((self.points | bit(end)) & (u64::MAX << start)).trailing_zeros() as usize;
+            expected |= u64::from(negative) << start | bit(point);
+            let (whole, fraction) = (point - first, (end - point).saturating_sub(1));
+            let count = whole + fraction;
+            ordinary &= (1..=MOST_DIGITS).contains(&count);
+            digits[number] = self.digits(first, whole, count);
+            signs[number] = u32::from(negative) << 31;
+            fractions[number] = fraction;
+        }
+        // No sign and no point but those.
+        let inked = (bit(words[3].1) - bit(words[0].0)) & !self.blanks;
+        if !ordinary || self.others & inked != expected & inked {
+            return None;
+        }
+        let [a, b] = [[digits[0], digits[1]], [digits[2], digits[3]]].map(eights_of_digits);
+        let high = f64x4::new([a[0], a[2], b[0], b[2]].map(f64::from));
+        let low = f64x4::new([a[1], a[3], b[1], b[3]].map(f64::from));
+        // Below 2^53, so exact.
+        let mantissa = high * f64x4::splat(1e8) + low;
+        let powers = f64x4::new(fractions.map(|fraction| POWERS[fraction % (MOST_DIGITS + 1)]));
+        let values = mantissa / powers;
+        let lost = bytemuck::cast::<_, u64x4>(values) & u64x4::splat(LOST);
+        if lost.simd_eq(u64x4::splat(HALFWAY)).any() {
+            return None;
+        }
+        // Neither below the normal floats nor above the finite ones.
+        let magnitudes = values.to_array().map(|value| (value as f32).to_bits());
+        Some(std::array::from_fn(|number| {
+            f32::from_bits(magnitudes[number] | signs[number])
+        }))
     }
 
-    /// The number that the bytes from `start` to `end` are, `start < end < SPAN`,
-    /// if it is at most 8 digits, a point and at most 16 digits.
+    /// The values of `count` digits, the last of them last, zeros before them: at most
+    /// 15 from `first`, a point after `whole` of them left out.
     #[inline(always)]
-    pub(super) fn number(&self, start: usize, end: usize) -> Option<f32> {
-        let word = bit(end) - bit(start);
-        let negative = self.byte(start) == b'-';
-        let first = start + usize::from(negative);
-        let point = ((self.points | bit(end)) & (u64::MAX << start)).trailing_zeros() as usize;
-        let expected = (u64::from(negative) << start | bit(point)) & word;
-        let whole = point - first;
-        let fraction = (end - point).saturating_sub(1);
-        if self.others & word != expected || whole > 8 || fraction > 16 || whole + fraction == 0 {
-            return None;
-        }
-        let near = fraction.min(8);
-        let mut mantissa = digits_value(self.eight(first), whole) * INTEGER_POWERS[near]
-            + digits_value(self.eight(point + 1), near);
-        if fraction > 8 {
-            let far = fraction - 8;
-            mantissa = mantissa
-                .checked_mul(INTEGER_POWERS[far])?
-                .checked_add(digits_value(self.eight(point + 9), far))?;
-        }
-        if mantissa > MAX_MANTISSA {
-            return None;
-        }
-        let magnitude = round_once(mantissa as f64 / POWERS[fraction])?;
-        Some(with_sign(magnitude, negative))
+    fn digits(&self, first: usize, whole: usize, count: usize) -> u8x16 {
+        let bytes: Option<&[u8; 16]> = self.bytes[first % SPAN..].first_chunk();
+        let values = u8x16::new(bytes.map_or([0; 16], |bytes| *bytes)) ^ u8x16::splat(b'0');
+        values.shuffle(u8x16::new(DIGITS_LAST[whole % 16][count % 16]))
     }
 
     /// The integer that the bytes from `start` to `end` are, `start < end < SPAN`,
-    /// if it is at most 255, in at most 8 digits.
+    /// if it is at most 255, in at most 3 digits.
     #[inline(always)]
     pub(super) fn integer(&self, start: usize, end: usize) -> Option<u8> {
         let count = end - start;
-        if self.others & (bit(end) - bit(start)) != 0 || count > 8 {
+        if self.others & (bit(end) - bit(start)) != 0 || count > 3 {
             return None;
         }
-        u8::try_from(digits_value(self.eight(start), count)).ok()
+        let bytes = self.bytes[start % SPAN..].first_chunk();
+        let bytes = bytes.map_or(0, |bytes| u32::from_le_bytes(*bytes));
+        // Zeros move in before the digits: hundreds, tens, ones from the second byte on.
+        let digits = (bytes ^ u32::from_ne_bytes([b'0'; 4])) << (32 - 8 * count);
+        let hundreds = digits >> 8 & 0xff;
+        let rest = ((digits >> 16) * (10 * 0x100 + 1)) >> 8 & 0xff;
+        u8::try_from(100 * hundreds + rest).ok()
     }
+}
+
+/// The most digits of a number that a span reads: they are exact in `f64`, and any power of ten
+/// that such a number is divided by keeps it among the normal floats.
+const MOST_DIGITS: usize = 15;
+
+/// Which byte of a number comes to which place, by its digits before the point and by
+/// all of them; where no digit comes, what no shuffle takes.
+static DIGITS_LAST: [[[u8; 16]; 16]; 16] = {
+    let mut places = [[[0x80; 16]; 16]; 16];
+    let mut number = 0;
+    while number < 16 * 16 * 16 {
+        let (whole, count, digit) = (number / 256, number / 16 % 16, number % 16);
+        if digit < count {
+            places[whole][count][16 - count + digit] = (digit + (digit >= whole) as usize) as u8;
+        }
+        number += 1;
+    }
+    places
+};
+
+/// What two times two times eight digits mean.
+#[inline(always)]
+fn eights_of_digits(digits: [u8x16; 2]) -> [i32; 4] {
+    let digits: i16x16 = bytemuck::cast(digits);
+    // In each lane the tens are the low byte and the ones the high one.
+    let pairs: i16x16 = (digits * i16x16::splat(10 * 0x100 + 1)) >> 8_i32;
+    let weights = |high: i16| i16x16::new(std::array::from_fn(|lane| [high, 1][lane % 2]));
+    let fours = i16x8::from_i32x8_saturate(pairs.dot(weights(100)));
+    let weights = i16x8::new(std::array::from_fn(|lane| [10_000, 1][lane % 2]));
+    fours.dot(weights).to_array()
 }
 
 #[inline(always)]
@@ -264,13 +316,14 @@ fn split_sign(word: &[u8]) -> (bool, &[u8]) {
     }
 }
 
+/// The bits of an `f64` that an `f32` has no room for, and half of that.
+const LOST: u64 = (1 << 29) - 1;
+const HALFWAY: u64 = 1 << 28;
+
 /// The `f32` nearest to a real number, given the `f64` nearest to it; nothing
 /// where that can't be told, or at the ends of the range.
 #[inline(always)]
 fn round_once(value: f64) -> Option<f32> {
-    /// The bits of an `f64` that an `f32` has no room for, and half of that.
-    const LOST: u64 = (1 << 29) - 1;
-    const HALFWAY: u64 = 1 << 28;
     const NORMAL: std::ops::RangeInclusive<f64> = f32::MIN_POSITIVE as f64..=f32::MAX as f64;
     if value.to_bits() & LOST == HALFWAY {
         return None;
@@ -286,20 +339,6 @@ fn with_sign(magnitude: f32, negative: bool) -> f32 {
     f32::from_bits(magnitude.to_bits() | u32::from(negative) << 31)
 }
 
-const ZEROS: u64 = u64::from_ne_bytes([b'0'; 8]);
-
-/// What the first `count` of eight bytes mean, all of them digits, 0 to 8.
-#[inline(always)]
-fn digits_value(bytes: u64, count: usize) -> u64 {
-    // Zeros move in before the digits, by two shifts since one of 64 bits is
-    // none; then pairs, fours, all eight together.
-    let half = 4 * (8 - count);
-    let digits = (bytes ^ ZEROS) << half << half;
-    let pairs = (digits.wrapping_mul(10 * 0x100 + 1) >> 8) & 0x00ff_00ff_00ff_00ff;
-    let fours = (pairs.wrapping_mul(100 * 0x1_0000 + 1) >> 16) & 0x0000_ffff_0000_ffff;
-    fours.wrapping_mul(10_000 * 0x1_0000_0000 + 1) >> 32
-}
-
 /// Whole numbers up to this are exact in `f64`.
 const MAX_MANTISSA: u64 = 1 << f64::MANTISSA_DIGITS;
 
@@ -308,16 +347,6 @@ const POWERS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
-
-const INTEGER_POWERS: [u64; 9] = {
-    let mut powers = [1; 9];
-    let mut index = 1;
-    while index < powers.len() {
-        powers[index] = 10 * powers[index - 1];
-        index += 1;
-    }
-    powers
-};
 
 #[cfg(test)]
 mod tests {
@@ -349,15 +378,41 @@ mod tests {
         }
     }
 
-    /// What a span makes of a word, as a number and as an integer.
+    /// What a span makes of a word, as a number and as an integer, among numbers that
+    /// it reads.
     fn quickly(before: &str, word: &str) -> (Option<f32>, Option<u8>) {
+        let number = word.len() % 4;
+        let before = format!("{before}{}", "1.5 ".repeat(number));
         let text = format!("{before}{word}{}", " 1.5".repeat(SPAN));
         let span = Span::new(text.as_bytes()).expect("enough text");
         let (start, end) = (before.len(), before.len() + word.len());
-        if word.is_empty() || end >= SPAN {
+        if word.is_empty() || end + 4 * (3 - number) >= SPAN {
             return (None, None);
         }
-        (span.number(start, end), span.integer(start, end))
+        let others = |at: usize| {
+            let start = if at < number {
+                start - 4 * (number - at)
+            } else {
+                end + 4 * (at - number) - 3
+            };
+            (start, start + 3)
+        };
+        let words = std::array::from_fn(|at| {
+            if at == number {
+                (start, end)
+            } else {
+                others(at)
+            }
+        });
+        let numbers = span.numbers(words);
+        if let Some(numbers) = numbers {
+            let right = |(at, &other): (usize, &f32)| at == number || other == 1.5;
+            assert!(numbers.iter().enumerate().all(right), "{word} {numbers:?}");
+        }
+        (
+            numbers.map(|numbers| numbers[number]),
+            span.integer(start, end),
+        )
     }
 
     /// `SplitMix64`.
@@ -381,6 +436,53 @@ mod tests {
                 check(&format!("{number}"));
                 check(&format!("{number:.9}"));
             }
+        }
+    }
+
+    #[test]
+    fn ordinary_words_go_the_quick_way_and_no_others() {
+        let ordinary = [
+            "0",
+            "-0",
+            "7",
+            "-1",
+            "1.5",
+            ".5",
+            "5.",
+            "-.5",
+            "-12.25",
+            "0.0123456789",
+            "12345678.9",
+            "123456789012345",
+            "-12345678901234.5",
+            ".000000000000001",
+            "999999999999999",
+        ];
+        for word in ordinary {
+            let number: f32 = word.parse().expect("a number");
+            let found = quickly(" S ", word).0.map(f32::to_bits);
+            assert_eq!(found, Some(number.to_bits()), "{word}");
+        }
+        let others = [
+            "-",
+            ".",
+            "-.",
+            "--1",
+            "-+1",
+            "+1",
+            "1-",
+            "1-1",
+            "1.2.3",
+            "1..2",
+            ".-1",
+            "1e5",
+            "1#",
+            "x",
+            "1234567890123456",
+            ".0000000000000001",
+        ];
+        for word in others {
+            assert_eq!(quickly(" S ", word).0, None, "{word}");
         }
     }
 

@@ -489,31 +489,31 @@ fn parse_chunk(
     mut slots: Slots<'_>,
     filter: &impl Fn(&Sphere) -> bool,
 ) -> Option<usize> {
-    let mut at = skip_blanks(text, 0);
+    let count = slots.len();
     let mut kept = 0;
-    for _ in 0..slots.len() {
-        let (sphere, end) = take_sphere(text, at)?;
+    let mut keep = |sphere: Sphere| {
         if filter(&sphere) {
             slots.set(kept, sphere);
             kept += 1;
         }
-        at = end;
+    };
+    let mut at = skip_blanks(text, 0);
+    for _ in 0..count {
+        // Kept apart, for the quick way is quicker if it hands over nothing in memory.
+        let span = Span::new(text.get(at..)?);
+        if let Some((sphere, length)) = span.as_ref().and_then(take_ordinary_sphere) {
+            keep(sphere);
+            at += length;
+            if text[at] == b'#' {
+                at = skip_blanks(text, at);
+            }
+        } else {
+            let (sphere, end) = take_any_sphere(text, at)?;
+            keep(sphere);
+            at = end;
+        }
     }
     (at == text.len()).then_some(kept)
-}
-
-/// The sphere at `at` and where the word after it begins.
-#[inline(always)]
-fn take_sphere(text: &[u8], at: usize) -> Option<(Sphere, usize)> {
-    let span = Span::new(text.get(at..)?);
-    let Some((sphere, length)) = span.as_ref().and_then(take_ordinary_sphere) else {
-        return take_any_sphere(text, at);
-    };
-    let mut next = at + length;
-    if text[next] == b'#' {
-        next = skip_blanks(text, next);
-    }
-    Some((sphere, next))
 }
 
 /// The sphere that a span begins with, and where the word or comment after it
@@ -539,14 +539,14 @@ fn take_ordinary_sphere(span: &Span<'_>) -> Option<(Sphere, usize)> {
     if next >= SPAN {
         return None;
     }
-    let number = |word: usize| span.number(words[word].0, words[word].1);
+    let [x, y, z, radius] = span.numbers([words[0], words[1], words[2], words[3]])?;
     let integer = |word: usize| span.integer(words[word].0, words[word].1);
     let sphere = Sphere {
-        centre: [number(0)?, number(1)?, number(2)?],
-        radius: number(3)?,
+        centre: [x, y, z],
+        radius,
         colour: [integer(4)?, integer(5)?, integer(6)?],
     };
-    (sphere.radius > 0.0).then_some((sphere, next))
+    (radius > 0.0).then_some((sphere, next))
 }
 
 #[inline(never)]
