@@ -6,8 +6,9 @@
 //! Accurately, 1990). Rounding that to `f32` rounds a second time, which is
 //! harmless unless the `f64` stands exactly halfway between two floats:
 //! rounding never crosses the halfway point, but it may land on it from either
-//! side. Those, and everything else that is not ordinary, go to the standard
-//! library, which is correctly rounded.
+//! side. A whole number of 64 bits is rounded once more, and then the `f64` must
+//! not stand close to halfway either. Those, and everything else that is not
+//! ordinary, go to the standard library, which is correctly rounded.
 
 use wide::{f64x4, i8x32, i16x8, i16x16, u8x16, u64x4};
 
@@ -264,7 +265,7 @@ struct Decimal {
 impl Decimal {
     fn scan(word: &[u8]) -> Option<Self> {
         let (negative, digits) = split_sign(word);
-        let mut mantissa = Some(0_u64);
+        let (mut mantissa, mut significant) = (0_u64, 0_usize);
         let mut exponent = 0_i64;
         let mut any_digit = false;
         let mut in_fraction = false;
@@ -274,8 +275,9 @@ impl Decimal {
                 b'0'..=b'9' => {
                     any_digit = true;
                     mantissa = mantissa
-                        .and_then(|mantissa| mantissa.checked_mul(10))
-                        .and_then(|mantissa| mantissa.checked_add(u64::from(byte - b'0')));
+                        .wrapping_mul(10)
+                        .wrapping_add(u64::from(byte - b'0'));
+                    significant += usize::from(mantissa != 0 || significant > 0);
                     exponent -= i64::from(in_fraction);
                 }
                 b'.' if !in_fraction => in_fraction = true,
@@ -288,7 +290,7 @@ impl Decimal {
         }
         any_digit.then_some(Self {
             negative,
-            mantissa,
+            mantissa: (significant <= 19).then_some(mantissa),
             exponent,
         })
     }
@@ -296,15 +298,15 @@ impl Decimal {
     /// The nearest `f32`, if one rounding to `f64` leaves no doubt of it.
     fn ordinary(&self) -> Option<f32> {
         let mantissa = self.mantissa?;
-        if mantissa > MAX_MANTISSA {
-            return None;
-        }
         let power = *POWERS.get(usize::try_from(self.exponent.unsigned_abs()).ok()?)?;
-        round_once(if self.exponent < 0 {
+        let value = if self.exponent < 0 {
             mantissa as f64 / power
         } else {
             mantissa as f64 * power
-        })
+        };
+        // A long mantissa is rounded as well: both roundings are 1.5 units at most.
+        let doubt = if mantissa > MAX_MANTISSA { 2 } else { 0 };
+        round_again(value, doubt)
     }
 }
 
@@ -320,12 +322,12 @@ fn split_sign(word: &[u8]) -> (bool, &[u8]) {
 const LOST: u64 = (1 << 29) - 1;
 const HALFWAY: u64 = 1 << 28;
 
-/// The `f32` nearest to a real number, given the `f64` nearest to it; nothing
-/// where that can't be told, or at the ends of the range.
-#[inline(always)]
-fn round_once(value: f64) -> Option<f32> {
+/// The `f32` nearest to a real number, given an `f64` that is the nearest to it or wrong
+/// by no more than `doubt` units in the last place; nothing where that can't be told, or
+/// at the ends of the range.
+fn round_again(value: f64, doubt: u64) -> Option<f32> {
     const NORMAL: std::ops::RangeInclusive<f64> = f32::MIN_POSITIVE as f64..=f32::MAX as f64;
-    if value.to_bits() & LOST == HALFWAY {
+    if (value.to_bits() & LOST).abs_diff(HALFWAY) <= doubt {
         return None;
     }
     if !NORMAL.contains(&value) && value != 0.0 {
