@@ -266,7 +266,7 @@ impl<'a> Contest<'a> {
 #[derive(Debug, Default)]
 pub(super) struct Depths {
     rows: Vec<Row>,
-    /// What was met in the tile.
+    /// What was met in the tile, all of it in one place.
     candidates: Vec<Record>,
     /// First and last column and row of each candidate.
     boxes: Vec<[u8; 4]>,
@@ -296,22 +296,23 @@ impl Depths {
         row_bytes: usize,
         counts: &mut Counts,
     ) {
-        // Where little lies behind other spheres, ordering them costs more than it saves,
-        // but for equal ones, which only an order tells apart quickly.
+        // Large spheres are in order as they are. For small ones, where little lies behind
+        // other spheres, ordering them costs more than it saves, but for equal ones, which
+        // only an order tells apart quickly.
         let box_of = |record: &Record| {
             let (across, down) = (record.right - record.left, record.bottom - record.top);
             (u64::from(across) + 1) * (u64::from(down) + 1)
         };
         let sample = contest.runs().flat_map(|run| run.iter().step_by(SAMPLE));
         let sample = sample.filter(|record| record.most >= contest.floor);
-        let small = sample.map(box_of).sum::<u64>();
-        let overdraw = small * SAMPLE as u64 + contest.large.iter().map(box_of).sum::<u64>();
-        let shallow = overdraw < SHALLOW * (SIDE * SIDE) as u64;
+        let small = sample.map(box_of).sum::<u64>() * SAMPLE as u64;
+        let overdraw = small + contest.large.iter().map(box_of).sum::<u64>();
+        let deep = small > 0 && overdraw >= DEEP * (SIDE * SIDE) as u64;
         match contest.bounds {
-            Bounds::Ignored => self.meet_all::<false>(contest, !shallow, counts),
+            Bounds::Ignored => self.meet_all::<false>(contest, deep, counts),
             _ => {
-                self.meet_all::<true>(contest, !shallow, counts);
-                if shallow && self.count_open(contest) > MANY_OPEN {
+                self.meet_all::<true>(contest, deep, counts);
+                if !deep && small > 0 && self.count_open(contest) > MANY_OPEN {
                     self.meet_all::<true>(contest, true, counts);
                 }
             }
@@ -329,9 +330,7 @@ impl Depths {
                 let rgb = rgb(packet(&packets.colour, first));
                 match line.as_chunks_mut().0 {
                     [a, b, c] => [*a, *b, *c] = rgb,
-                    _ => line.copy_from_slice(
-                        &bytemuck::cast::<_, [u8; 24]>(rgb)[..lanes * BYTES_PER_PIXEL],
-                    ),
+                    _ => line.copy_from_slice(&rgb.as_flattened()[..lanes * BYTES_PER_PIXEL]),
                 }
                 counts.packets += lanes as u64;
                 if contest.bounds == Bounds::Ignored {
@@ -612,7 +611,7 @@ fn columns_and_rows(block: usize) -> (usize, std::ops::Range<usize>) {
 }
 
 /// Boxes that would cover a tile so many times are worth ordering.
-const SHALLOW: u64 = 16;
+const DEEP: u64 = 8;
 
 /// Of so many small spheres one is asked for its box.
 const SAMPLE: usize = 16;
