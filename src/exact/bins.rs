@@ -133,8 +133,9 @@ impl Records {
         if bytes >= HUGE_PAGE
             && let Ok(map) = MmapMut::map_anon(bytes.next_multiple_of(HUGE_PAGE))
         {
-            // Advice: refused, it is merely slower.
-            let _ = map.advise(Advice::HugePage);
+            // What would be in the last one comes in small pages: clearing more than is
+            // used costs more. Advice: refused, all of it is merely slower.
+            let _ = map.advise_range(Advice::HugePage, 0, bytes - bytes % HUGE_PAGE);
             return Self::Mapped(map);
         }
         Self::Heap(vec![Record::default(); count])
