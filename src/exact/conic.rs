@@ -14,7 +14,7 @@
 //!
 //! - [`Extents`]: the box of pixels it can touch, and its greatest inverse depth;
 //! - [`Outline`]: where each row enters and leaves it, to a small part of a pixel;
-//! - [`Local`]: `D/c^2` and `B/c` as polynomials around a tile, in floats.
+//! - [`Local`]: `D/c^2` and `B/c` as polynomials around its box in a tile, in floats.
 //!
 //! Bounds are in units of the unit roundoff, first order, rounded up by what
 //! covers the products of roundings; the method is that of N. Higham, Accuracy
