@@ -296,23 +296,25 @@ impl Depths {
         row_bytes: usize,
         counts: &mut Counts,
     ) {
-        // Large spheres are in order as they are. For small ones, where little lies behind
-        // other spheres, ordering them costs more than it saves, but for equal ones, which
-        // only an order tells apart quickly.
+        // Large spheres are in order as they are. Small ones are ordered if much lies behind
+        // others and each of them is some work; and equal ones are, since only an order tells
+        // them apart quickly.
         let box_of = |record: &Record| {
             let (across, down) = (record.right - record.left, record.bottom - record.top);
             (u64::from(across) + 1) * (u64::from(down) + 1)
         };
         let sample = contest.runs().flat_map(|run| run.iter().step_by(SAMPLE));
         let sample = sample.filter(|record| record.most >= contest.floor);
-        let small = sample.map(box_of).sum::<u64>() * SAMPLE as u64;
-        let overdraw = small + contest.large.iter().map(box_of).sum::<u64>();
-        let deep = small > 0 && overdraw >= DEEP * (SIDE * SIDE) as u64;
+        let sum = |(count, area), record| (count + 1, area + box_of(record));
+        let (count, area) = sample.fold((0, 0), sum);
+        let overdraw = area * SAMPLE as u64 + contest.large.iter().map(box_of).sum::<u64>();
+        let small = count > 0;
+        let deep = small && area >= LABORIOUS * count && overdraw >= DEEP * (SIDE * SIDE) as u64;
         match contest.bounds {
             Bounds::Ignored => self.meet_all::<false>(contest, deep, counts),
             _ => {
                 self.meet_all::<true>(contest, deep, counts);
-                if !deep && small > 0 && self.count_open(contest) > MANY_OPEN {
+                if !deep && small && self.count_open(contest) > MANY_OPEN {
                     self.meet_all::<true>(contest, true, counts);
                 }
             }
@@ -610,8 +612,10 @@ fn columns_and_rows(block: usize) -> (usize, std::ops::Range<usize>) {
     (block % BLOCKS * BLOCK, row..row + BLOCK)
 }
 
-/// Boxes that would cover a tile so many times are worth ordering.
+/// Boxes that would cover a tile so many times are worth ordering, if on the average
+/// they are of so many pixels.
 const DEEP: u64 = 8;
+const LABORIOUS: u64 = 16;
 
 /// Of so many small spheres one is asked for its box.
 const SAMPLE: usize = 16;
