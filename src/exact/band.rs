@@ -356,8 +356,9 @@ impl<'a> Band<'a> {
     /// to packets.
     fn draw_tile(&mut self, column: u32, large: &[&Large]) {
         let engine = self.engine;
-        let slices = engine.bins.records(column, self.origin / self.side);
-        let none_small = slices.clone().all(<[Record]>::is_empty);
+        let row = self.origin / self.side;
+        let mut runs = engine.bins.records(column, row);
+        let none_small = runs.all(<[Record]>::is_empty);
         let mut contested = self.scratch.contested[column as usize];
         if none_small && contested == 0 {
             return;
@@ -378,7 +379,7 @@ impl<'a> Band<'a> {
         } else {
             self.floor(&tile, large)
         };
-        let small = slices.flatten().filter(|record| record.most >= floor);
+        let small = engine.bins.nearer(column, row, floor);
         if small.clone().nth(CROWD_OF_SMALL).is_some() {
             contested = all;
         } else if contested & all != all {

@@ -220,6 +220,17 @@ impl Bins {
         })
     }
 
+    /// The small spheres of a tile that may have at least this inverse depth, in file order.
+    pub(super) fn nearer(
+        &self,
+        column: u32,
+        row: u32,
+        floor: f32,
+    ) -> impl Iterator<Item = &Record> + Clone {
+        let records = self.records(column, row).flatten();
+        records.filter(move |record| record.most >= floor)
+    }
+
     /// Side of a tile in pixels.
     pub(super) fn side(&self) -> u32 {
         self.tiles.side()
@@ -258,7 +269,7 @@ impl Run {
         let mut starts = vec![0_u32; if all_large { 0 } else { tiles.count() + 1 }];
         let mut greatest = 0.0_f32;
         for first in range.clone().step_by(LANES) {
-            let [x, y, z, r] = eight(spheres, first);
+            let [x, y, z, r] = components(spheres, first);
             let mut extents = Extents::new(grid, &Lanes::new(x, y, z, r));
             if range.end - first < LANES {
                 extents.visible &= (1 << (range.end - first)) - 1;
@@ -352,7 +363,7 @@ impl Run {
 
 /// The components of eight spheres; beyond the last one there is room for that.
 #[inline]
-fn eight(spheres: &Spheres, first: usize) -> [[f32; LANES]; 4] {
+fn components(spheres: &Spheres, first: usize) -> [[f32; LANES]; 4] {
     [spheres.x(), spheres.y(), spheres.z(), spheres.radius()].map(|all| {
         let all = &all[first..first + LANES];
         std::array::from_fn(|lane| all[lane])
@@ -362,7 +373,7 @@ fn eight(spheres: &Spheres, first: usize) -> [[f32; LANES]; 4] {
 /// Records of eight spheres, for those lanes that go to one tile.
 #[inline]
 fn records_of(spheres: &Spheres, first: usize, placed: &Placed) -> [Record; LANES] {
-    let [x, y, z, r] = eight(spheres, first).map(f32x8::new);
+    let [x, y, z, r] = components(spheres, first).map(f32x8::new);
     let colours = &spheres.colour()[first..];
     let mut eight = [[0; 3]; LANES];
     match colours.first_chunk() {

@@ -550,7 +550,8 @@ const SUM_OF_PARTS_BOUND: f64 = 4.0 * U32;
 /// roundings can lose that are not relative to anything.
 const LEAST_BOUND: f64 = 1.0 / (1_u128 << 127) as f64 / 8.0;
 
-/// The part of the greatest `D` from which on an outline is not grazed: all but a 65536th of its area.
+/// The part of the greatest `D` from which on an outline is not grazed: all but a
+/// 65536th of its area.
 const CLEAR_SHARE: f64 = 1.0 / 65536.0;
 
 /// Beyond this, some intermediate float might overflow.
@@ -706,9 +707,7 @@ impl Local {
 
         let floats = |value: f64x8| value.to_array().map(|value| value as f32);
         let known_floats = |value: f64x8| floats(known.select(value, zero));
-        let above = |value: f64x8| {
-            floats(value.mul_add(splat(1.0 + 3.0 * U32), splat(f64::from(f32::from_bits(1)))))
-        };
+        let above = |value: f64x8| value.to_array().map(float_above);
         Self {
             p: floats(-around.across),
             q: floats(-around.down),

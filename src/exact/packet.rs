@@ -216,6 +216,11 @@ pub(super) struct Tile {
 }
 
 impl Tile {
+    /// Its column and row among the tiles.
+    fn place(&self) -> (u32, u32) {
+        (self.column / self.side, self.row / self.side)
+    }
+
     /// Whether a box is all of it.
     fn is_all_of(&self, record: &Record) -> bool {
         record.left == 0
@@ -244,17 +249,8 @@ pub(super) struct Contest<'a> {
 impl<'a> Contest<'a> {
     /// The small spheres, in file order.
     fn small(&self) -> impl Iterator<Item = &'a Record> + Clone {
-        let floor = self.floor;
-        self.runs()
-            .flatten()
-            .filter(move |record| record.most >= floor)
-    }
-
-    fn runs(&self) -> impl Iterator<Item = &'a [Record]> + Clone {
-        let Tile {
-            column, row, side, ..
-        } = self.tile;
-        self.bins.records(column / side, row / side)
+        let (column, row) = self.tile.place();
+        self.bins.nearer(column, row, self.floor)
     }
 
     fn touches(&self, record: &Record) -> bool {
@@ -303,7 +299,9 @@ impl Depths {
             let (across, down) = (record.right - record.left, record.bottom - record.top);
             (u64::from(across) + 1) * (u64::from(down) + 1)
         };
-        let sample = contest.runs().flat_map(|run| run.iter().step_by(SAMPLE));
+        let (column, row) = contest.tile.place();
+        let runs = contest.bins.records(column, row);
+        let sample = runs.flat_map(|run| run.iter().step_by(SAMPLE));
         let sample = sample.filter(|record| record.most >= contest.floor);
         let sum = |(count, area), record| (count + 1, area + box_of(record));
         let (count, area) = sample.fold((0, 0), sum);
@@ -447,20 +445,20 @@ impl Depths {
             std::array::from_fn(|lane| &records[lane.min(records.len() - 1)]);
 
         let tile = &contest.tile;
-        let of = |value: fn(&Record) -> u8| eight.map(|record| u32::from(value(record)));
-        let (left, right) = (of(|record| record.left), of(|record| record.right));
-        let (top, bottom) = (of(|record| record.top), of(|record| record.bottom));
-        let across = |lane: usize| (right[lane] - left[lane] + LANES as u32) / 2;
-        let down = |lane: usize| (bottom[lane] - top[lane] + 2) / 2;
-        let doubles = |value: &dyn Fn(usize) -> u32| {
-            f64x8::new(std::array::from_fn(|lane| f64::from(value(lane))))
+        let of = |side: fn(&Record) -> u8| f64x8::new(eight.map(|record| f64::from(side(record))));
+        let half = |first: f64x8, last: f64x8, more: f64| {
+            ((last - first + f64x8::splat(more)) * f64x8::splat(0.5)).floor()
         };
+        let (left, top) = (of(|record| record.left), of(|record| record.top));
+        // A packet may reach seven columns beyond the box; and one row at least, so that
+        // every coefficient is bounded.
+        let across = half(left, of(|record| record.right), LANES as f64);
+        let down = half(top, of(|record| record.bottom), 2.0);
         let around = Around {
-            columns: doubles(&|lane| left[lane] + across(lane))
-                + f64x8::splat(f64::from(tile.column)),
-            rows: doubles(&|lane| top[lane] + down(lane)) + f64x8::splat(f64::from(tile.row)),
-            across: doubles(&across),
-            down: doubles(&down),
+            columns: left + across + f64x8::splat(f64::from(tile.column)),
+            rows: top + down + f64x8::splat(f64::from(tile.row)),
+            across,
+            down,
             scale: contest.scale,
         };
         let lanes = Lanes::of(eight.iter().map(|record| record.sphere));
@@ -475,11 +473,7 @@ impl Depths {
                 continue;
             }
             let colour = bits(record.colour);
-            if !SORTED && record.is_narrow() {
-                hidden.met += self.meet_narrow::<PROVEN>(&local, lane, colour, record);
-                continue;
-            }
-            let mut open = contest.blocks & blocks_of_box(record);
+            let mut open = contest.blocks;
             if SORTED {
                 // Of equal spheres the first of the file is seen; they sort together.
                 if hidden.equal == Some(record.sphere) {
@@ -493,7 +487,7 @@ impl Depths {
                 self.boxes.push(record.sides());
                 if let Some(floors) = &hidden.floors {
                     let seen = |&block: &usize| local.most[lane] >= floors[block];
-                    open = set_bits(open)
+                    open = set_bits(open & blocks_of_box(record))
                         .filter(seen)
                         .fold(0, |open, block| open | 1 << block);
                 }
@@ -503,7 +497,8 @@ impl Depths {
             } else if record.is_narrow() {
                 self.meet_narrow::<PROVEN>(&local, lane, colour, record)
             } else {
-                self.meet_wide::<PROVEN>(&local, lane, colour, record, open)
+                let blocks = open & blocks_of_box(record);
+                self.meet_wide::<PROVEN>(&local, lane, colour, record, blocks)
             };
             if PROVEN && SORTED && hidden.met >= hidden.next_floors {
                 hidden.next_floors = hidden.met + (hidden.met / 4).max(FIRST_FLOORS);

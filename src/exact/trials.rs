@@ -262,13 +262,16 @@ pub(super) fn around(trial: &Trial, most: f32, random: &mut Random) -> Around {
 
 /// `x/z` of a column, `y/z` of a row, as well as doubles can say.
 fn x_slope(camera: &Camera, column: u32) -> f64 {
-    let last = f64::from(camera.size().width() - 1);
-    camera.x_extent() * (f64::from(column) / last.max(1.0) - 0.5 * last.min(1.0))
+    slope(camera.x_extent(), camera.size().width(), column)
 }
 
 fn y_slope(camera: &Camera, row: u32) -> f64 {
-    let last = f64::from(camera.size().height() - 1);
-    camera.y_extent() * (0.5 * last.min(1.0) - f64::from(row) / last.max(1.0))
+    -slope(camera.y_extent(), camera.size().height(), row)
+}
+
+fn slope(extent: f64, side: u32, at: u32) -> f64 {
+    let last = f64::from(side - 1);
+    extent * (f64::from(at) / last.max(1.0) - 0.5 * last.min(1.0))
 }
 
 fn image_size(random: &mut Random) -> ImageSize {
