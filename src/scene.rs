@@ -11,8 +11,10 @@
 //! Words are separated by any white space, as C's `scanf` takes it: lines are
 //! only for readers. `#` begins a comment, which ends with the line. Numbers are
 //! decimal and mean the nearest `f32`; lengths are greater than zero, colours
-//! are integers from 0 to 255.
+//! are integers from 0 to 255. A UTF-8 byte order mark at the very beginning is
+//! skipped.
 
+mod advice;
 mod error;
 mod number;
 mod parser;
@@ -96,8 +98,34 @@ impl Scene {
     where
         K: Fn(&Sphere) -> bool + Sync,
     {
-        let mut file = open(path)?;
-        windows::read(&mut file, None, Sizes::USUAL, filter).map_err(|error| error.in_file(path))
+        Self::read_stream(&mut open(path)?, path, filter)
+    }
+
+    /// Reads a scene from a stream as [`read_kept`](Self::read_kept) does from a
+    /// file. Messages give it `name`.
+    ///
+    /// ```
+    /// use sfera::scene::{Scene, Viewport};
+    ///
+    /// let everything = |_: Viewport| |_: &_| true;
+    /// let mut stream = b"VP 1 1 1 BG 0 0 0 OBJ_N zero".as_slice();
+    /// let refused = Scene::read_stream(&mut stream, "a string".as_ref(), everything);
+    /// let message = refused.unwrap_err().to_string();
+    /// assert!(message.starts_with("a string:1:25: expected the number of spheres"));
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// If the stream can't be read, is not a scene, or is too large for memory.
+    pub fn read_stream<K>(
+        stream: &mut (impl io::Read + Send),
+        name: &Path,
+        filter: impl FnOnce(Viewport) -> K,
+    ) -> Result<Self, SceneError>
+    where
+        K: Fn(&Sphere) -> bool + Sync,
+    {
+        windows::read(stream, None, Sizes::USUAL, filter).map_err(|error| error.in_file(name))
     }
 
     /// Writes the text of the scene.

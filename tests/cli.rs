@@ -31,6 +31,48 @@ fn a_dash_writes_the_same_bytes_to_standard_output() {
 }
 
 #[test]
+fn a_dash_reads_the_scene_from_standard_input() {
+    let shop = Workshop::new();
+    let right = shop.balls(64, 48);
+    for line in [
+        "$SFERA - image.ppm 64 48 < balls.txt",
+        "cat balls.txt | $SFERA - image.ppm 64 48",
+        "(head -c 30 balls.txt; sleep 0.1; tail -c +31 balls.txt) | $SFERA - image.ppm 64 48",
+        "$SFERA - - 64 48 < balls.txt > image.ppm",
+        "$SFERA - image.ppm 64 48 --rows 0..30 < balls.txt && \
+         cat balls.txt | $SFERA - image.ppm 64 48 --rows 30..48",
+    ] {
+        let _ = fs::remove_file(shop.path("image.ppm"));
+        shop.run_shell(line).succeeds();
+        assert_eq!(shop.read("image.ppm"), right, "{line}");
+    }
+    shop.run_shell("$SFERA - image.ppm 64 48 --verify < balls.txt")
+        .succeeds();
+    shop.run("- image.ppm 64 48").says(&[
+        "sfera: standard input:1:1: expected VP",
+        "the file is empty",
+    ]);
+    shop.run_shell("sed s/200/red/ balls.txt | $SFERA - image.ppm 64 48")
+        .says(&["sfera: standard input:4:11: expected the red of sphere 1"]);
+    shop.run_shell("$SFERA - image.ppm 64 48 < .")
+        .says(&["sfera: standard input: can't read the scene", "folder"]);
+    assert_eq!(shop.read("image.ppm"), right);
+}
+
+#[test]
+fn a_scene_on_standard_input_is_not_replaced_either() {
+    let shop = Workshop::new();
+    for line in [
+        "$SFERA - balls.txt 64 48 < balls.txt",
+        "ln -sf balls.txt link; $SFERA - link 64 48 < balls.txt",
+        "$SFERA - - 64 48 < balls.txt >> balls.txt",
+    ] {
+        shop.run_shell(line).fails(&["this is the scene itself"]);
+        assert_eq!(shop.read("balls.txt"), program::BALLS.as_bytes(), "{line}");
+    }
+}
+
+#[test]
 fn strips_and_single_pixels_are_images() {
     let shop = Workshop::new();
     for (width, height) in [(1, 1), (1, 1000), (1000, 1), (1_000_000, 1), (1, 1_000_000)] {

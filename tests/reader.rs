@@ -9,7 +9,7 @@ use std::{
 use proptest::prelude::*;
 use sfera::{
     families::cloud,
-    scene::{Scene, SceneError, SceneErrorKind, Viewport},
+    scene::{Scene, SceneError, SceneErrorKind, Sizes, Viewport},
     spheres::Sphere,
 };
 
@@ -174,6 +174,97 @@ fn the_same_scene_in_many_shapes() {
     }
     let invalid_in_comment = [b"#\xff\0\x1b\n", plain.as_bytes()].concat();
     assert!(Scene::parse(&invalid_in_comment).is_ok());
+}
+
+#[test]
+fn a_byte_order_mark_at_the_very_beginning_is_skipped() {
+    let mark = "\u{feff}";
+    let plain = "VP 1.5 1 2\nBG 1 2 3\nOBJ_N 1\nS 0.5 -1 40 0.25 10 20 30\n";
+    let expected = bits(&Scene::parse(plain.as_bytes()).expect("a scene"));
+    let marked = format!("{mark}{plain}");
+    for first in [1, 2, 3, 4, 5, 1000] {
+        let sizes = Sizes {
+            first,
+            window: 1,
+            ..Sizes::USUAL
+        };
+        let scene = Scene::parse_in_windows(marked.as_bytes(), sizes).expect("a scene");
+        assert_eq!(bits(&scene), expected, "{first}");
+    }
+    // Places are those that an editor shows.
+    let wrong = refusal_of(marked.replace("VP 1.5", "VP x").as_bytes());
+    assert_eq!((wrong.line(), wrong.column()), (Some(1), Some(4)));
+    let message = wrong.to_string();
+    assert!(message.contains("\n 1 | VP x 1 2\n   |    ^"), "{message}");
+    assert!(matches!(
+        refusal_of(mark.as_bytes()).kind(),
+        SceneErrorKind::Empty
+    ));
+}
+
+/// What programs write by mistake, and what the message says to write instead.
+#[test]
+fn advice_says_what_to_write_and_that_is_taken() {
+    for (written, advised) in [
+        ("S -7.-1. 9 0.25 0 0 255", "-7. -1."),
+        ("S 1-2+3 0.25 0 0 255", "1 -2 +3"),
+        (
+            "S -10.123-204.567-12.5 0.25 0 0 255",
+            "-10.123 -204.567 -12.5",
+        ),
+        ("S 1e-5-2e+5 7 0.25 0 0 255", "1e-5 -2e+5"),
+        ("S 0.123-103 0 0.25 0 0 255", "0.123 -103"),
+        ("S 0.123-103 0 7 0.25 0 0 255", "0.123e-103"),
+        ("S np.float64(0.1) 0 7 0.25 0 0 255", "0.1"),
+        ("S 1 0 7 np.float32(2.5e-1) 0 0 255", "2.5e-1"),
+        ("S 1 0 7 Decimal('0.25') 0 0 255", "0.25"),
+        ("S 1 0 7 0.25 np.uint8(17) 0 255", "17"),
+        ("S 1.5*^-7 0 7 0.25 0 0 255", "1.5e-7"),
+        ("S -2*10^3 0 7 0.25 0 0 255", "-2e3"),
+        ("S 1D2 0 7 0.25 0 0 255", "1e2"),
+        ("S 1 0 7 -0.25 0 0 255", "0.25"),
+        ("S 1 0 7 0.25 #0a10fF\n", "10 16 255"),
+        ("S 1 0 7 0.25 #0a10ff80\n", "10 16 255"),
+        ("S 1 0 7 0.25 #fC0 # yellow\n", "255 204 0"),
+        ("S 1 0,5 7 0.25 0 0 255", "0.5"),
+    ] {
+        let scene = |sphere: &str| format!("VP 1 1 1 BG 0 0 0 OBJ_N 2 {sphere} S 0 0 3 1 9 9 9\n");
+        let message = refusal_of(scene(written).as_bytes()).to_string();
+        let help = message.split("help: ").nth(1).unwrap_or_default();
+        assert!(help.contains(advised), "{written}: {message}");
+        let wrong = written
+            .split_whitespace()
+            .skip(1)
+            .find(|word| !word.parse::<f32>().is_ok_and(|number| number >= 0.0))
+            .expect("a wrong word");
+        let mended = written.replace(wrong, advised);
+        assert!(
+            Scene::parse(scene(&mended).as_bytes()).is_ok(),
+            "{mended} after: {message}"
+        );
+    }
+}
+
+#[test]
+fn a_comment_that_is_meant_as_one_is_not_taken_for_something_else() {
+    for (sphere, wanted) in [
+        ("S 1 0 7 0.25 # bad\n", "only 4 of its 7 numbers"),
+        ("S 1 0 7 #bad\n", "only 3 of its 7 numbers"),
+        ("S 1 0 7 0.25 #blue\n", "only 4 of its 7 numbers"),
+        ("S 1.#x\n", "only 1 of its 7 numbers"),
+        ("S 1 #fff\n 2 3 4 5 6\n", "only 6 of its 7 numbers"),
+    ] {
+        let scene = format!("VP 1 1 1 BG 0 0 0 OBJ_N 2 {sphere} S 0 0 3 1 9 9 9\n");
+        let message = refusal_of(scene.as_bytes()).to_string();
+        assert!(message.contains(wanted), "{message}");
+        assert!(
+            message.contains("what follows a # is a comment"),
+            "{message}"
+        );
+    }
+    // Of the item that is wrong, not of one before it.
+    let message = refusal_of(b"VP 1 #x\n1 1 BG 0 0 0 OBJ_N 1 S 1 2").to_string();
+    assert!(message.ends_with("red green blue"), "{message}");
 }
 
 #[test]

@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Job {
-    /// The scene, a text file
+    /// The scene, a text file; - for standard input
     pub(crate) scene: PathBuf,
 
     /// The image to make or replace; - for standard output
@@ -206,6 +206,10 @@ impl Job {
                 ),
             );
         }
+    }
+
+    pub(crate) fn scene_is_standard_input(&self) -> bool {
+        self.scene == Path::new("-")
     }
 
     pub(crate) fn mode(&self) -> Mode {

@@ -25,7 +25,8 @@ use clap::Parser;
 use sfera::{
     exact,
     render::{Counts, Method, Renderer},
-    scene::Scene,
+    scene::{Scene, Viewport},
+    spheres::Sphere,
 };
 
 use self::{
@@ -50,6 +51,9 @@ enum Failure {
 }
 
 const EXIT_NOBODY_READS: u8 = 141;
+
+/// What messages call it.
+const STANDARD_INPUT: &str = "standard input";
 
 impl<E: fmt::Display> From<E> for Failure {
     fn from(error: E) -> Self {
@@ -163,11 +167,23 @@ fn read_scene(job: &Job) -> Result<Scene, Failure> {
     let exact = matches!(job.method(), Method::Exact | Method::Reference);
     if job.rows.is_some() && exact {
         let (size, rows) = (job.size(), job.rows());
-        let filter = |viewport| exact::may_show(viewport, size, rows);
-        Ok(Scene::read_kept(&job.scene, filter)?)
+        read_kept(job, |viewport| exact::may_show(viewport, size, rows))
+    } else if job.scene_is_standard_input() {
+        read_kept(job, |_| |_: &_| true)
     } else {
         Ok(Scene::read(&job.scene)?)
     }
+}
+
+fn read_kept<K>(job: &Job, filter: impl FnOnce(Viewport) -> K) -> Result<Scene, Failure>
+where
+    K: Fn(&Sphere) -> bool + Sync,
+{
+    Ok(if job.scene_is_standard_input() {
+        Scene::read_stream(&mut io::stdin(), STANDARD_INPUT.as_ref(), filter)
+    } else {
+        Scene::read_kept(&job.scene, filter)
+    }?)
 }
 
 fn renderer<'scene>(job: &Job, scene: &'scene Scene) -> Renderer<'scene> {

@@ -53,7 +53,14 @@ impl Destination {
             Some(stream) => stream.metadata(),
             None => fs::metadata(&self.path),
         };
-        match (fs::metadata(scene), image) {
+        let scene_file = if scene == Path::new("-") {
+            rustix::io::dup(rustix::stdio::stdin())
+                .map_err(io::Error::from)
+                .and_then(|stdin| File::from(stdin).metadata())
+        } else {
+            fs::metadata(scene)
+        };
+        match (scene_file, image) {
             (Ok(scene_file), Ok(image_file))
                 if image_file.is_file()
                     && (scene_file.dev(), scene_file.ino())

@@ -256,15 +256,10 @@ fn printable(bytes: &[u8]) -> String {
 /// What a file that does not begin like a scene begins like.
 pub(super) fn foreign(begin: &[u8]) -> Option<(&'static str, &'static str)> {
     const UNPACK: &str = "unpack it first";
-    const SAVE_AS_UTF8: &str = "save it as UTF-8 without a byte order mark, or as ASCII";
+    const SAVE_AS_UTF8: &str = "save it as UTF-8 or as ASCII";
     const NAME_A_SCENE: &str =
         "name a scene, a text that begins with VP; the image is the second argument";
-    const SIGNATURES: [(&[u8], &str, &str); 22] = [
-        (
-            b"\xef\xbb\xbf",
-            "a text with a UTF-8 byte order mark",
-            SAVE_AS_UTF8,
-        ),
+    const SIGNATURES: [(&[u8], &str, &str); 21] = [
         (b"\xff\xfe\0\0", "a text in UTF-32", SAVE_AS_UTF8),
         (b"\xff\xfe", "a text in UTF-16", SAVE_AS_UTF8),
         (b"\xfe\xff", "a text in UTF-16", SAVE_AS_UTF8),

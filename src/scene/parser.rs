@@ -8,6 +8,7 @@ use std::collections::TryReserveError;
 
 use super::{
     Viewport,
+    advice::{self, COMMENT_HELP},
     error::{LONGEST_QUOTE, SceneErrorKind as Kind, foreign, quoted, quoted_beginning},
     number::{self, MAX_WORD, Refusal, is_blank, word_end},
 };
@@ -60,7 +61,6 @@ const COUNT_HELP: &str = "OBJ_N takes one integer, the number of spheres that fo
 const HEADER_HELP: &str =
     "a scene begins: VP width height distance, BG red green blue, OBJ_N number-of-spheres";
 const SPHERE_HELP: &str = "a sphere is: S x y z radius red green blue";
-const COMMENT_HELP: &str = "a comment begins with #";
 
 /// What is wrong, and where in the text at hand.
 #[derive(Debug)]
@@ -109,6 +109,42 @@ pub(super) struct Parser {
     /// Whether a comment before the spheres holds a carriage return that is not
     /// part of a line end.
     return_in_comment: bool,
+    /// The first comment amid the numbers that are being read.
+    amid: Option<Comment>,
+}
+
+/// The beginning of a comment, as far as a message may need it.
+#[derive(Debug, Default)]
+struct Comment {
+    /// The word that ends where the comment begins.
+    glued_to: Vec<u8>,
+    /// Its bytes behind the `#`, up to a blank.
+    begin: Vec<u8>,
+    is_complete: bool,
+    /// Whether a colour was expected.
+    is_colour: bool,
+}
+
+impl Comment {
+    fn take(&mut self, byte: u8) {
+        self.is_complete |= is_blank(byte) || self.begin.len() == LONGEST_QUOTE / 2;
+        if !self.is_complete {
+            self.begin.push(byte);
+        }
+    }
+
+    /// Words that people write and do not mean as a comment.
+    fn help(&self) -> Option<String> {
+        let begin = [b"#", &self.begin[..]].concat();
+        if let Some(help) = advice::for_not_finite(&self.glued_to, &begin) {
+            return Some(help);
+        }
+        let [red, green, blue] = advice::web_colour(&self.begin).filter(|_| self.is_colour)?;
+        Some(format!(
+            "a # begins a comment, so that {} was not read: write {red} {green} {blue}",
+            quoted(&begin),
+        ))
+    }
 }
 
 impl Parser {
@@ -130,6 +166,7 @@ impl Parser {
             in_comment: false,
             after_return: false,
             return_in_comment: false,
+            amid: None,
         }
     }
 
@@ -161,6 +198,7 @@ impl Parser {
                     Kind::Memory => FaultPlace::Nowhere,
                     _ => FaultPlace::At(at),
                 },
+                help: advice::for_not_finite(&text[at..end], &text[end..to]).or(refusal.help),
                 ..refusal
             })?;
             at = end;
@@ -177,15 +215,36 @@ impl Parser {
                     self.return_in_comment = true;
                 }
                 self.after_return = byte == b'\r';
+                if let Some(comment) = &mut self.amid {
+                    comment.take(byte);
+                }
             } else if byte == b'#' {
                 self.in_comment = true;
                 self.after_return = false;
+                self.begin_comment(&text[..at]);
             } else if !is_blank(byte) {
                 break;
             }
             at += 1;
         }
         at
+    }
+
+    /// Remembers a comment where a number is expected. `before` is the text that it
+    /// ends.
+    fn begin_comment(&mut self, before: &[u8]) {
+        let item = self.items()[self.word];
+        if let Some(comment) = &mut self.amid {
+            comment.is_complete = true;
+        } else if !matches!(item, Item::Keyword(_)) {
+            let near = &before[before.len().saturating_sub(LONGEST_QUOTE / 2)..];
+            let glued_to = near.rsplit(|&byte| is_blank(byte)).next();
+            self.amid = Some(Comment {
+                glued_to: glued_to.unwrap_or_default().to_vec(),
+                is_colour: matches!(item, Item::Colour(_)),
+                ..Comment::default()
+            });
+        }
     }
 
     fn take(&mut self, word: &[u8], keep: &dyn Fn(&Sphere) -> bool) -> Result<(), Fault> {
@@ -223,6 +282,9 @@ impl Parser {
             }
         }
         self.word += 1;
+        if matches!(items.get(self.word), None | Some(Item::Keyword(_))) {
+            self.amid = None;
+        }
         if self.word == items.len() {
             self.finish_item(keep).map_err(|_| self.no_memory())?;
         }
@@ -276,7 +338,7 @@ impl Parser {
             return Ok(number);
         }
         let help = if number < 0.0 || number::is_zero_as_written(word) {
-            None
+            Some(self.help_with_length(number, word))
         } else if word.starts_with(b"-") {
             Some("it rounds to 0 as a 32-bit float".to_owned())
         } else {
@@ -286,6 +348,25 @@ impl Parser {
             ))
         };
         Err(self.expected(Kind::NotPositive, item, word, help))
+    }
+
+    /// What to do about a length that is negative or zero.
+    fn help_with_length(&self, number: f32, word: &[u8]) -> String {
+        let positive = word.strip_prefix(b"-").unwrap_or_default();
+        let write = match str::from_utf8(positive) {
+            Ok(positive) if number < 0.0 && positive.len() <= LONGEST_QUOTE => {
+                format!("write {positive}")
+            }
+            _ if number < 0.0 => "write it without the sign".to_owned(),
+            _ if self.in_spheres => "give it a radius".to_owned(),
+            _ => return "a usual viewport is VP 1 1 1".to_owned(),
+        };
+        if self.in_spheres {
+            let fewer = self.claimed - 1;
+            format!("{write}, or remove the sphere and lower OBJ_N to {fewer}")
+        } else {
+            write
+        }
     }
 
     fn integer(&self, item: Item, word: &[u8]) -> Result<i64, Fault> {
@@ -441,9 +522,9 @@ impl Parser {
         let glued = word.strip_prefix(keyword.as_bytes());
         let help = if word.eq_ignore_ascii_case(keyword.as_bytes()) {
             Some(format!("write {keyword} in capital letters"))
-        } else if glued.is_some_and(|rest| number::parse(rest).is_ok()) {
+        } else if glued.is_some_and(advice::goes_on_with_number) {
             Some(format!("put a blank after {keyword}"))
-        } else if is_foreign_comment(word) {
+        } else if advice::is_foreign_comment(word) {
             Some(COMMENT_HELP.to_owned())
         } else if number::parse(word).is_ok() {
             match keyword {
@@ -456,7 +537,7 @@ impl Parser {
         } else if is_keyword(word) {
             Some("VP, BG and OBJ_N stand once each, in this order, then the spheres".to_owned())
         } else {
-            help_with_bytes(word).or_else(|| {
+            advice::for_bytes(word).or_else(|| {
                 Some(
                     if self.in_spheres {
                         SPHERE_HELP
@@ -494,7 +575,7 @@ impl Parser {
             return fault(Kind::TooManySpheres, message, Some(help));
         }
         let message = format!("expected {}, found {}", self.describe_end(), quoted(word));
-        let help = if is_foreign_comment(word) {
+        let help = if advice::is_foreign_comment(word) {
             COMMENT_HELP.to_owned()
         } else if number::parse(word).is_ok() {
             if self.claimed == 0 {
@@ -505,96 +586,45 @@ impl Parser {
         } else if is_keyword(word) {
             "a file holds one scene".to_owned()
         } else {
-            help_with_bytes(word).unwrap_or_else(|| "remove it, or put # before it".to_owned())
+            advice::for_bytes(word).unwrap_or_else(|| "remove it, or put # before it".to_owned())
         };
         fault(Kind::Trailing, message, Some(help))
     }
 
     /// What belongs together where a word is missing.
     fn help_with_order(&self) -> Option<String> {
-        if self.in_spheres {
+        if let Some(help) = self.amid.as_ref().and_then(Comment::help) {
+            return Some(help);
+        }
+        let mut help = if self.in_spheres {
             let found = match self.word - 1 {
                 0 => "none".to_owned(),
                 found => format!("only {found}"),
             };
-            return Some(format!(
+            format!(
                 "sphere {} has {found} of its 7 numbers: S x y z radius red green blue",
                 self.sphere_number()
-            ));
-        }
-        Some(
+            )
+        } else {
             match self.word {
                 0..=3 => VP_HELP,
                 5..=7 => BG_HELP,
                 9 => COUNT_HELP,
                 _ => "VP, BG and OBJ_N come first, in this order, then the spheres",
             }
-            .to_owned(),
-        )
+            .to_owned()
+        };
+        if self.amid.is_some() {
+            help.push_str("; what follows a # is a comment");
+        }
+        Some(help)
     }
 
     fn help_with_number(&self, word: &[u8]) -> Option<String> {
         if is_keyword(word) {
             return self.help_with_order();
         }
-        if let Some(help) = help_with_bytes(word) {
-            return Some(help);
-        }
-        let text = str::from_utf8(word).ok()?;
-        let mends = |mended: &str| number::parse(mended.as_bytes()).is_ok();
-        let lower = text.to_ascii_lowercase();
-        let unsigned = lower.trim_start_matches(['+', '-']);
-        let help = if is_foreign_comment(word) {
-            COMMENT_HELP
-        } else if matches!(text, "+" | "-") {
-            "write the sign and its number in one word"
-        } else if text.starts_with(['+', '-']) && mends(&text[1..]) {
-            "a number has one sign"
-        } else if unsigned.starts_with("nan") || unsigned.starts_with("inf") {
-            "numbers must be finite"
-        } else if unsigned.starts_with("0x") {
-            "write numbers in decimal"
-        } else if text.ends_with([',', ';']) && mends(&text[..text.len() - 1]) {
-            "separate numbers by blanks alone"
-        } else if text.matches(',').count() == 1 && mends(&text.replace(',', ".")) {
-            return Some(if text.len() > LONGEST_QUOTE {
-                "write it with a point instead of the comma".to_owned()
-            } else {
-                format!("write it with a point: {}", text.replace(',', "."))
-            });
-        } else if text.contains([',', ';']) && text.split([',', ';']).all(mends) {
-            "separate numbers by blanks alone"
-        } else if text.contains(['O', 'o']) && mends(&text.replace(['O', 'o'], "0")) {
-            "this has a letter O where a digit 0 belongs"
-        } else if text.contains(['l', 'I']) && mends(&text.replace(['l', 'I'], "1")) {
-            "this has a letter l or I where a digit 1 belongs"
-        } else if text.contains('_') && mends(&text.replace('_', "")) {
-            "write numbers without underscores"
-        } else if text.contains(['d', 'D']) && mends(&text.replace(['d', 'D'], "e")) {
-            "write the exponent with e"
-        } else if text.contains('\u{2212}') && mends(&text.replace('\u{2212}', "-")) {
-            "this has a typographic minus sign: write -"
-        } else if text.contains('\u{a0}') {
-            "this has a no-break space: write a plain blank"
-        } else if text
-            .split_once('/')
-            .is_some_and(|(a, b)| mends(a) && mends(b))
-        {
-            "write fractions in decimal"
-        } else if mends(text.trim_matches(['"', '\''])) {
-            "write numbers without quotes"
-        } else if mends(text.trim_matches(|c| "()[]{}<>".contains(c))) {
-            "write numbers without brackets"
-        } else if mends(text.trim_end_matches(['f', 'F', '%'])) {
-            "write numbers without a suffix"
-        } else if text.ends_with(['e', 'E', '+', '-']) && mends(&format!("{text}0")) {
-            "the exponent has no digits"
-        } else if text.matches('.').count() > 1 {
-            "a number has at most one point"
-        } else {
-            return None;
-        };
-        Some(help.to_owned())
+        advice::for_number(word)
     }
 }
 
@@ -609,25 +639,6 @@ fn fault(kind: Kind, message: String, help: Option<String>) -> Fault {
 
 fn is_keyword(word: &[u8]) -> bool {
     matches!(word, b"VP" | b"BG" | b"OBJ_N" | b"S")
-}
-
-fn is_foreign_comment(word: &[u8]) -> bool {
-    let begins = [&b"//"[..], b"/*", b";", b"%", b"!"];
-    word == b"--" || begins.iter().any(|begin| word.starts_with(begin))
-}
-
-/// What to do about bytes that no scene has outside comments.
-fn help_with_bytes(word: &[u8]) -> Option<String> {
-    let help = if word.contains(&0) {
-        "the file holds NUL bytes: is it a text, and not in UTF-16?"
-    } else if str::from_utf8(word).is_err() {
-        "the file holds bytes that are not UTF-8: is it a text?"
-    } else if word.iter().any(u8::is_ascii_control) {
-        "the file holds control characters: is it a text?"
-    } else {
-        return None;
-    };
-    Some(help.to_owned())
 }
 
 fn spheres(count: u32) -> String {

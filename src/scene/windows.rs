@@ -47,6 +47,9 @@ impl Sizes {
     const MOST_THREADS: usize = 16;
 }
 
+/// What some editors write at the beginning of a text in UTF-8.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
 /// No sphere is shorter than `S 0 0 0 1 0 0 0` and a line feed.
 const SHORTEST_SPHERE: u64 = 16;
 
@@ -64,7 +67,8 @@ where
 {
     let mut reader = Reader::new(size, sizes, kept);
     let mut window = Window::default();
-    window.fill(source, sizes.first)?;
+    window.fill(source, sizes.first.max(BYTE_ORDER_MARK.len()))?;
+    window.drop_byte_order_mark();
     let mut next = Window::default();
     let mut taken = 0;
     while !window.is_last {
@@ -159,6 +163,16 @@ impl Window {
             self.begin + cut(&self.bytes[self.begin..self.filled])
         };
         Ok(())
+    }
+
+    /// Of the first window: lines and columns are counted from behind the mark.
+    fn drop_byte_order_mark(&mut self) {
+        let mark = BYTE_ORDER_MARK.len();
+        if self.bytes[..self.filled].starts_with(BYTE_ORDER_MARK) {
+            self.bytes.copy_within(mark..self.filled, 0);
+            self.filled -= mark;
+            self.end = self.end.saturating_sub(mark);
+        }
     }
 
     /// Reads on until a message can show the line that goes on from `before`.
