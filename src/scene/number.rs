@@ -205,7 +205,7 @@ impl<'a> Span<'a> {
         let bytes = self.bytes[start % SPAN..].first_chunk();
         let bytes = bytes.map_or(0, |bytes| u32::from_le_bytes(*bytes));
         // Zeros move in before the digits: hundreds, tens, ones from the second byte on.
-        let digits = (bytes ^ u32::from_ne_bytes([b'0'; 4])) << (32 - 8 * count);
+        let digits = (bytes ^ u32::from_le_bytes([b'0'; 4])) << (32 - 8 * count);
         let hundreds = digits >> 8 & 0xff;
         let rest = ((digits >> 16) * (10 * 0x100 + 1)) >> 8 & 0xff;
         u8::try_from(100 * hundreds + rest).ok()
@@ -234,13 +234,22 @@ static DIGITS_LAST: [[[u8; 16]; 16]; 16] = {
 /// What two times two times eight digits mean.
 #[inline(always)]
 fn eights_of_digits(digits: [u8x16; 2]) -> [i32; 4] {
-    let digits: i16x16 = bytemuck::cast(digits);
-    // In each lane the tens are the low byte and the ones the high one.
-    let pairs: i16x16 = (digits * i16x16::splat(10 * 0x100 + 1)) >> 8_i32;
+    let pairs = pairs_of_digits(bytemuck::cast(digits), i16::from_ne_bytes(TENS_AND_ONES));
     let weights = |high: i16| i16x16::new(std::array::from_fn(|lane| [high, 1][lane % 2]));
     let fours = i16x8::from_i32x8_saturate(pairs.dot(weights(100)));
     let weights = i16x8::new(std::array::from_fn(|lane| [10_000, 1][lane % 2]));
     fours.dot(weights).to_array()
+}
+
+/// In bytes that are read in the byte order of the digits.
+const TENS_AND_ONES: [u8; 2] = [1, 10];
+
+/// What the two digits in each lane mean, tens before ones in memory. In the high byte
+/// of the product meet the tens times 10 and the ones times 1, whichever of them is the
+/// low byte of the lane and so of the weights.
+#[inline(always)]
+fn pairs_of_digits(digits: i16x16, weights: i16) -> i16x16 {
+    (digits * i16x16::splat(weights)) >> 8_i32
 }
 
 #[inline(always)]
@@ -424,6 +433,21 @@ mod tests {
         mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         mixed ^ (mixed >> 31)
+    }
+
+    /// Every pair of digits, on a machine of either byte order.
+    #[test]
+    fn two_digits_in_a_lane_in_both_byte_orders() {
+        for (tens, ones) in (0..10).flat_map(|tens| (0..10).map(move |ones| (tens, ones))) {
+            let digits = [tens, ones];
+            let orders = [i16::from_le_bytes, i16::from_be_bytes];
+            for lane_of in orders {
+                let lanes = i16x16::splat(lane_of(digits));
+                let pairs = pairs_of_digits(lanes, lane_of(TENS_AND_ONES));
+                let meant = i16::from(10 * tens + ones);
+                assert_eq!(pairs.to_array(), [meant; 16], "{tens}{ones}");
+            }
+        }
     }
 
     #[test]
