@@ -33,8 +33,9 @@
 //!
 //! Image files are made by [`ppm::MappedImage`] (whole, in one step),
 //! [`ppm::SharedImage`] (in place, some rows) and [`ppm::write_image`] (a stream).
-//! Nothing here is global: no state, no thread pool, no signal handler that was
-//! not asked for.
+//! The crates that only the program needs belong to the feature `program`, which is
+//! on by default. Nothing here is global: no state, no thread pool, no signal
+//! handler that was not asked for.
 //!
 //! # The way through the code
 //!

@@ -17,8 +17,9 @@
 //! that a picture takes grow with it. Its blocks are reserved first: a full disk
 //! is an error to report, not a signal to die of.
 
+#[cfg(feature = "program")]
+use std::ffi::CString;
 use std::{
-    ffi::CString,
     fs::{self, File, OpenOptions, TryLockError},
     io::{self, Write},
     ops::Range,
@@ -474,6 +475,7 @@ fn map(file: &File, window: Range<u64>) -> io::Result<memmap2::MmapMut> {
 /// # Errors
 ///
 /// If there can be no such handler.
+#[cfg(feature = "program")]
 #[expect(
     unsafe_code,
     reason = "a signal is how the system tells of a lost page"
