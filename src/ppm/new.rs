@@ -1,0 +1,136 @@
+//! A new image, which appears whole under its name.
+
+use std::{fs, ops::Range, path::Path};
+
+use super::{
+    draft::Draft,
+    errors::{ImageError, RESERVE, WRITE, refused},
+    format::{file_bytes, header},
+    rows::Rows,
+    system,
+    target::{follow, may_replace},
+};
+use crate::camera::ImageSize;
+
+/// A new image: a file without a name until it is complete.
+///
+/// ```
+/// use sfera::{camera::ImageSize, ppm::MappedImage, render::{Form, Method, Renderer}, scene::Scene};
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("ball.ppm");
+/// let scene = Scene::parse(b"VP 1 1 1 BG 255 255 255 OBJ_N 1 S 0 0 5 1 200 0 0")?;
+/// let size = ImageSize::new(64, 48)?;
+/// let renderer = Renderer::new(&scene, size, Method::default(), Form::default());
+///
+/// let mut image = MappedImage::create(&path, size)?;
+/// image.draw(|rows, pixels| {
+///     renderer.draw(rows, pixels, &|_| ());
+/// })?;
+/// assert!(!path.exists());
+/// image.publish()?;
+/// assert!(std::fs::read(&path)?.starts_with(b"P6\n64 48\n255\n"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct MappedImage {
+    rows: Rows,
+    draft: Draft,
+}
+
+impl MappedImage {
+    /// Reserves the blocks of an image that is to appear at `path`. Where `path`
+    /// is a symbolic link, its target is what will be made or replaced.
+    ///
+    /// # Errors
+    ///
+    /// If the image could not be made or replaced there, or there is no room.
+    pub fn create(path: &Path, size: ImageSize) -> Result<Self, ImageError> {
+        let target = follow(path)?;
+        may_replace(&target)?;
+        let (file, draft) = Draft::create(&target)?;
+        system::reserve(&file, file_bytes(size)).map_err(refused(&target, RESERVE))?;
+        Ok(Self {
+            rows: Rows {
+                file,
+                path: target,
+                size,
+                mapped: true,
+                whole: true,
+            },
+            draft,
+        })
+    }
+
+    /// The name under which the unfinished image can be seen, where the file
+    /// system has no files without one. It is removed when this is dropped, and
+    /// left behind when the process is killed.
+    #[must_use]
+    pub fn temporary_name(&self) -> Option<&Path> {
+        match &self.draft {
+            Draft::Unnamed => None,
+            Draft::Named(name) => Some(name),
+        }
+    }
+
+    /// Hands all rows to `draw`, a group at a time, with the bytes of their pixels.
+    ///
+    /// # Errors
+    ///
+    /// If the file can't be mapped.
+    pub fn draw(&mut self, draw: impl FnMut(Range<u32>, &mut [u8])) -> Result<(), ImageError> {
+        self.rows.draw(0..self.rows.size.height(), draw)
+    }
+
+    /// Makes the image appear under its name, in one step. A file that was there
+    /// is replaced, and hands on its permissions.
+    ///
+    /// # Errors
+    ///
+    /// If the file can't be given its name; what was there before is untouched.
+    pub fn publish(self) -> Result<(), ImageError> {
+        let Rows {
+            file, path, size, ..
+        } = self.rows;
+        // The header comes last: written first, its small page would keep the
+        // file's beginning from being had as a huge one.
+        system::write_at(&file, header(size).as_bytes(), 0).map_err(refused(&path, WRITE))?;
+        if let Ok(before) = fs::metadata(&path) {
+            system::keep_permissions(&file, &before)
+                .map_err(refused(&path, "keep its permissions"))?;
+        }
+        self.draft.publish(&file, &path)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ppm::read_rows;
+
+    /// Windows begin anywhere in the file, not only where pages do.
+    #[test]
+    fn windows_join_without_a_seam() -> Result<(), Box<dyn std::error::Error>> {
+        let folder = tempfile::tempdir()?;
+        let path = folder.path().join("image.ppm");
+        // More than one window.
+        let size = ImageSize::new(8191, 3000)?;
+        let mut image = MappedImage::create(&path, size)?;
+        let mut windows = 0;
+        image.draw(|rows, pixels| {
+            windows += 1;
+            for (row, bytes) in rows.zip(pixels.chunks_exact_mut(size.row_bytes())) {
+                bytes.fill(row as u8);
+            }
+        })?;
+        image.publish()?;
+        assert!(windows > 1);
+        read_rows(&path, size, 0..3000, |rows, pixels| {
+            for (row, bytes) in rows.zip(pixels.chunks_exact(size.row_bytes())) {
+                assert!(bytes.iter().all(|&byte| byte == row as u8), "row {row}");
+            }
+            Ok::<(), ImageError>(())
+        })?;
+        Ok(())
+    }
+}

@@ -1,0 +1,72 @@
+//! Rows of a file: mapped a window at a time or, where that can't be, written.
+
+use std::{fs::File, ops::Range, path::PathBuf};
+
+use super::{
+    errors::{ImageError, WRITE, refused},
+    format::{file_bytes, groups, offset},
+    map::map,
+    stream::BUFFER_BYTES,
+    system,
+};
+use crate::camera::ImageSize;
+
+/// Bytes of a mapping: enough that its making is not felt, little beside the
+/// memory of any machine.
+const WINDOW_BYTES: usize = 64 << 20;
+
+/// What a huge page holds.
+const HUGE_PAGE: u64 = 2 << 20;
+
+/// A file of reserved blocks, and how its rows are had.
+#[derive(Debug)]
+pub(super) struct Rows {
+    pub(super) file: File,
+    pub(super) path: PathBuf,
+    pub(super) size: ImageSize,
+    /// Mapped, or else written byte by byte.
+    pub(super) mapped: bool,
+    /// All of the file is drawn by this process, so what lies about some rows
+    /// may be mapped with them.
+    pub(super) whole: bool,
+}
+
+impl Rows {
+    pub(super) fn draw(
+        &self,
+        rows: Range<u32>,
+        mut draw: impl FnMut(Range<u32>, &mut [u8]),
+    ) -> Result<(), ImageError> {
+        let mut buffer = Vec::new();
+        let bytes = if self.mapped {
+            WINDOW_BYTES
+        } else {
+            BUFFER_BYTES
+        };
+        for group in groups(self.size, rows, bytes) {
+            let (start, length) = (
+                offset(self.size, group.start),
+                group.len() * self.size.row_bytes(),
+            );
+            if self.mapped {
+                let window = if self.whole {
+                    // Pages at the ends of a window that is cut through a huge one are had
+                    // one by one, and each time all of the huge one is gone through.
+                    let first = start - start % HUGE_PAGE;
+                    let last = (start + length as u64).next_multiple_of(HUGE_PAGE);
+                    first..last.min(file_bytes(self.size))
+                } else {
+                    start..start + length as u64
+                };
+                let before = (start - window.start) as usize;
+                let mut window = map(&self.file, window).map_err(refused(&self.path, "map it"))?;
+                draw(group, &mut window[before..before + length]);
+            } else {
+                buffer.resize(length, 0);
+                draw(group, &mut buffer);
+                system::write_at(&self.file, &buffer, start).map_err(refused(&self.path, WRITE))?;
+            }
+        }
+        Ok(())
+    }
+}
