@@ -63,7 +63,7 @@ const SCALES: [f64; 14] = {
 };
 
 /// Every family.
-pub const FAMILIES: [Family; 14] = [
+pub const FAMILIES: [Family; 23] = [
     Family {
         name: "far",
         knob: "distance / radius",
@@ -143,6 +143,60 @@ pub const FAMILIES: [Family; 14] = [
         draw: lattice,
     },
     CLOUD,
+    Family {
+        name: "frustum",
+        knob: "spheres",
+        difficulties: &[10.0, 100.0, 1_000.0],
+        draw: frustum,
+    },
+    Family {
+        name: "among",
+        knob: "spheres",
+        difficulties: &[10.0, 100.0, 1_000.0],
+        draw: among,
+    },
+    Family {
+        name: "floor",
+        knob: "radius of the floor / of a sphere on it",
+        difficulties: FROM_TEN_UP.split_at(6).0,
+        draw: floor,
+    },
+    Family {
+        name: "touching the plane",
+        knob: "radius / distance of the surface",
+        difficulties: FROM_TEN_UP.split_at(6).0,
+        draw: touching_the_plane,
+    },
+    Family {
+        name: "linear in x",
+        knob: "radius / distance of the surface",
+        difficulties: FROM_TEN_UP.split_at(5).0,
+        draw: linear_in_x,
+    },
+    Family {
+        name: "linear in y",
+        knob: "radius / distance of the surface",
+        difficulties: FROM_TEN_UP.split_at(5).0,
+        draw: linear_in_y,
+    },
+    Family {
+        name: "wide",
+        knob: "width of the viewport / distance",
+        difficulties: FROM_TEN_UP.split_at(5).0,
+        draw: wide,
+    },
+    Family {
+        name: "copies",
+        knob: "equal spheres, in runs and apart",
+        difficulties: &[1.0, 2.0, 4.0, 8.0, 16.0],
+        draw: copies,
+    },
+    Family {
+        name: "near ties",
+        knob: "shift of the centre / distance",
+        difficulties: &[1e-8, 1e-12, 1e-16, 1e-20, 1e-24, 1e-28, 1e-32, 1e-36],
+        draw: near_ties,
+    },
 ];
 
 const CLOUD: Family = Family {
@@ -452,6 +506,175 @@ fn scatter(count: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
         radius: largest * random.between(0.5, 1.0),
     });
     (viewport(16.0 / 9.0, 1.0, 1.0), bodies.collect())
+}
+
+/// Spheres spread evenly over the space that the camera sees, from near to far, so
+/// large that they cover about as much of the picture whatever their number.
+fn frustum(count: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    const NEAR: f64 = 2.0;
+    const FAR: f64 = 100.0;
+    const WIDTH: f64 = 16.0 / 9.0;
+    let mean_inverse_square = 3.0 * (FAR - NEAR) / (FAR.powi(3) - NEAR.powi(3));
+    let radius = (1.5 * WIDTH / (std::f64::consts::PI * count * mean_inverse_square)).sqrt();
+    let bodies = (0..count as usize).map(|_| {
+        let z = random.between(NEAR.powi(3), FAR.powi(3)).cbrt();
+        Body {
+            centre: [
+                random.between(-0.5, 0.5) * WIDTH * z,
+                random.between(-0.5, 0.5) * z,
+                z,
+            ],
+            radius: (radius * random.between(0.5, 1.5)).min(z - 1.0),
+        }
+    });
+    let bodies = bodies.collect();
+    (viewport(WIDTH as f32, 1.0, 1.0), bodies)
+}
+
+/// A crowd on all sides of the camera: some before it, some behind, some across its
+/// plane, and of few and large ones some that hold it.
+fn among(count: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    let largest = 2.0 / count.cbrt();
+    let bodies = (0..count as usize).map(|_| Body {
+        centre: std::array::from_fn(|_| random.between(-2.0, 2.0)),
+        radius: largest * random.between(0.2, 1.0),
+    });
+    (viewport(3.2, 2.4, 1.0), bodies.collect())
+}
+
+/// A floor that is a sphere, and small spheres that stand on it, near and far.
+fn floor(radius: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    let centre = [0.0, -radius - random.between(0.8, 1.5), 0.0];
+    let mut bodies = vec![Body { centre, radius }];
+    bodies.extend((0..24).map(|_| {
+        let [x, z] = [random.between(-3.0, 3.0), random.between(1.5, 9.0)];
+        let up = [x, radius, z];
+        let size = random.between(0.3, 1.0);
+        Body {
+            centre: plus(centre, times((radius + size) / length(up), up)),
+            radius: size,
+        }
+    }));
+    random.shuffle(&mut bodies);
+    (viewport(1.6, 1.2, 1.0), bodies)
+}
+
+/// Spheres that touch the plane of the camera, exactly: their outlines are parabolas.
+fn touching_the_plane(radius: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    let bodies = (0..6).map(|_| {
+        let radius = radius * random.between(0.3, 1.0);
+        let angle = random.between(0.0, std::f64::consts::TAU);
+        let away = aside_of_unit_gap(radius) * random.between(0.5, 2.0);
+        Body {
+            centre: [away * angle.cos(), away * angle.sin(), radius],
+            radius,
+        }
+    });
+    (viewport(6.4, 4.8, 1.0), bodies.collect())
+}
+
+/// How far from the axis a sphere that reaches the camera's plane stands, if its
+/// surface is one unit away: `away^2 + radius^2 = (radius + 1)^2`.
+fn aside_of_unit_gap(radius: f64) -> f64 {
+    (2.0 * radius + 1.0).sqrt()
+}
+
+/// Spheres across the plane of the camera for which `D` has no term in x², exactly:
+/// where a row meets them it does so once.
+fn linear_in_x(radius: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    (
+        viewport(6.4, 4.8, 1.0),
+        linear(radius, random, |[away, aside, ahead]| [away, aside, ahead]),
+    )
+}
+
+/// As [`linear_in_x`], of y², and so of columns.
+fn linear_in_y(radius: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    (
+        viewport(6.4, 4.8, 1.0),
+        linear(radius, random, |[away, aside, ahead]| [aside, away, ahead]),
+    )
+}
+
+/// Spheres with `aside^2 + ahead^2 = radius^2` in whole numbers.
+fn linear(radius: f64, random: &mut Random, place: fn(Vector) -> Vector) -> Vec<Body> {
+    // 3^2 + 4^2 = 5^2, and others.
+    const ASIDE_AHEAD_RADIUS: [[f64; 3]; 8] = [
+        [3.0, 4.0, 5.0],
+        [4.0, 3.0, 5.0],
+        [-4.0, 3.0, 5.0],
+        [5.0, -12.0, 13.0],
+        [-12.0, 5.0, 13.0],
+        [0.0, 1.0, 1.0],
+        [1.0, 0.0, 1.0],
+        [8.0, 15.0, 17.0],
+    ];
+    let bodies = ASIDE_AHEAD_RADIUS.map(|[aside, ahead, across]| {
+        let unit = (radius / across * random.between(0.5, 1.0)).ceil();
+        let side = if random.below(2) == 0 { 1.0 } else { -1.0 };
+        let away = side * aside_of_unit_gap(unit * across) * random.between(0.5, 2.0);
+        Body {
+            centre: place([away, unit * aside, unit * ahead]),
+            radius: unit * across,
+        }
+    });
+    bodies.into()
+}
+
+/// A viewport so wide that it sees far along spheres that cross the plane of the
+/// camera; their outlines are hyperbolas.
+fn wide(width: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    let bodies = (0..10).map(|_| {
+        let angle = random.between(0.0, std::f64::consts::TAU);
+        let radius = random.between(0.3, 1.5);
+        let away = radius * random.between(1.01, 3.0);
+        Body {
+            centre: [
+                away * angle.cos(),
+                away * angle.sin(),
+                radius * random.between(-0.99, 0.99),
+            ],
+            radius,
+        }
+    });
+    let bodies = bodies.collect();
+    (viewport(width as f32, 0.75 * width as f32, 1.0), bodies)
+}
+
+/// Equal spheres in other colours, next to each other in the file and far apart, with
+/// others between them: the first of each is seen.
+fn copies(copies: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    let mut one = || (in_view(random), random.between(0.3, 0.8));
+    let originals: [(Vector, f64); 6] = std::array::from_fn(|_| one());
+    let mut places: Vec<(Vector, f64)> = Vec::new();
+    for turn in 0..copies as usize {
+        places.extend(originals);
+        places.push(one());
+        // In a run: next to its equal of this turn.
+        let again = originals[turn % originals.len()];
+        places.extend([again, again]);
+    }
+    let bodies = places.into_iter();
+    let bodies = bodies.map(|(centre, radius)| Body { centre, radius });
+    (viewport(1.6, 1.2, 1.0), bodies.collect())
+}
+
+/// Large spheres of one radius whose centres differ by less than the digits of any
+/// float at their distance: on the axis, so that floats can hold the shift.
+fn near_ties(shift: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    const DISTANCE: f64 = 10.0;
+    let mut bodies: Vec<Body> = (0..4)
+        .map(|index| {
+            let away = DISTANCE * shift * f64::from(index);
+            let angle = random.between(0.0, std::f64::consts::TAU);
+            Body {
+                centre: [away * angle.cos(), away * angle.sin(), DISTANCE],
+                radius: 3.0,
+            }
+        })
+        .collect();
+    random.shuffle(&mut bodies);
+    (viewport(1.6, 1.2, 1.0), bodies)
 }
 
 /// Three nests of spheres, their order in the file shuffled.

@@ -118,3 +118,137 @@ fn a_cloud_has_as_many_spheres_as_asked_for_all_of_them_in_front() {
         );
     }
 }
+
+#[test]
+fn a_camera_among_spheres_has_them_on_all_sides() {
+    let among = family("among");
+    for &difficulty in &among.difficulties[1..] {
+        let scene = among.scene(difficulty, 1);
+        let count = |is: fn(f32, f32) -> bool| {
+            let spheres = scene.spheres.iter();
+            let chosen = spheres.filter(|sphere| is(sphere.centre[2], sphere.radius));
+            chosen.count()
+        };
+        assert!(count(|z, radius| z > radius) > 0);
+        assert!(count(|z, radius| z < -radius) > 0);
+        assert!(count(|z, radius| z.abs() <= radius) > 0);
+    }
+}
+
+#[test]
+fn what_stands_on_a_floor_touches_it() {
+    let floor = family("floor");
+    for &difficulty in floor.difficulties {
+        let scene = floor.scene(difficulty, 1);
+        let exact = |at: usize| {
+            let sphere = scene.spheres.get(at);
+            (sphere.centre.map(f64::from), f64::from(sphere.radius))
+        };
+        let all = 0..scene.spheres.len();
+        let at = all
+            .clone()
+            .max_by(|&a, &b| exact(a).1.total_cmp(&exact(b).1));
+        let at = at.expect("a floor");
+        let (under, radius) = exact(at);
+        assert_eq!(radius, difficulty);
+        for (centre, size) in all.filter(|&other| other != at).map(exact) {
+            let apart = [0, 1, 2].map(|axis| centre[axis] - under[axis]);
+            let gap = apart[0].hypot(apart[1]).hypot(apart[2]) - radius - size;
+            assert!(gap.abs() < 1e-6 * radius.max(size), "{gap}");
+        }
+    }
+}
+
+#[test]
+fn a_frustum_is_filled_from_near_to_far_and_before_the_camera() {
+    let frustum = family("frustum");
+    for &difficulty in frustum.difficulties {
+        let scene = frustum.scene(difficulty, 1);
+        let view = scene.viewport;
+        let (mut near, mut far) = (f32::INFINITY, 0.0_f32);
+        for sphere in scene.spheres.iter() {
+            let [x, y, z] = sphere.centre;
+            assert!(z > sphere.radius);
+            assert!(2.0 * x.abs() <= 1.001 * view.width * z && 2.0 * y.abs() <= 1.001 * z);
+            (near, far) = (near.min(z), far.max(z));
+        }
+        assert!(far < 100.1 && near < 60.0 && far > 60.0, "{near} to {far}");
+    }
+}
+
+#[test]
+fn spheres_touch_the_plane_exactly_and_do_not_hold_the_camera() {
+    let touching = family("touching the plane");
+    for &difficulty in touching.difficulties {
+        for sphere in touching.scene(difficulty, 1).spheres.iter() {
+            let [x, y, z] = sphere.centre;
+            assert_eq!(z, sphere.radius);
+            assert!(x != 0.0 && y != 0.0);
+        }
+    }
+}
+
+#[test]
+fn a_term_of_d_is_exactly_zero() {
+    for (name, axis) in [("linear in x", 1), ("linear in y", 0)] {
+        let linear = family(name);
+        for &difficulty in linear.difficulties {
+            for sphere in linear.scene(difficulty, 1).spheres.iter() {
+                // Whole numbers below 2^26: no rounding.
+                let aside = f64::from(sphere.centre[axis]);
+                let [z, r] = [sphere.centre[2], sphere.radius].map(f64::from);
+                assert_eq!(aside * aside + z * z, r * r);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_wide_viewport_sees_spheres_across_the_plane() {
+    let wide = family("wide");
+    for &difficulty in wide.difficulties {
+        let scene = wide.scene(difficulty, 1);
+        assert_eq!(f64::from(scene.viewport.width), difficulty);
+        for sphere in scene.spheres.iter() {
+            let [x, y, z] = sphere.centre;
+            assert!(z.abs() < sphere.radius && x.hypot(y) > sphere.radius);
+        }
+    }
+}
+
+#[test]
+fn copies_come_in_runs_and_apart() {
+    let copies = family("copies");
+    for &difficulty in copies.difficulties {
+        let scene = copies.scene(difficulty, 1);
+        let body = |at: usize| {
+            let sphere = scene.spheres.get(at);
+            (sphere.centre.map(f32::to_bits), sphere.radius.to_bits())
+        };
+        let bodies: Vec<_> = (0..scene.spheres.len()).map(body).collect();
+        let turns = difficulty as usize;
+        assert_eq!(bodies.len(), 9 * turns);
+        assert_eq!(bodies.iter().collect::<HashSet<_>>().len(), 6 + turns);
+        assert!(bodies.windows(2).any(|pair| pair[0] == pair[1]));
+        let last = bodies.iter().rposition(|body| *body == bodies[0]);
+        assert!(last >= Some(9 * (turns - 1)), "its copies are apart");
+    }
+}
+
+#[test]
+fn near_ties_are_no_ties() {
+    let near = family("near ties");
+    for &difficulty in near.difficulties {
+        let scene = near.scene(difficulty, 1);
+        let centres: HashSet<_> = scene
+            .spheres
+            .iter()
+            .map(|sphere| sphere.centre.map(f32::to_bits))
+            .collect();
+        assert_eq!(centres.len(), scene.spheres.len());
+        for sphere in scene.spheres.iter() {
+            let [x, y, z] = sphere.centre;
+            assert!(f64::from(x.hypot(y) / z) <= 3.001 * difficulty);
+        }
+    }
+}

@@ -249,3 +249,35 @@ fn ordinary_scenes_cost_the_textbook_a_few_pixels() {
         "{by_textbook} wrong pixels"
     );
 }
+
+/// Equal depths are equal in any precision, wherever the copies are in the file.
+#[test]
+fn of_copies_apart_every_method_shows_the_first() {
+    measured("copies").holds(&MEASURED, |_| true);
+}
+
+/// Depths differ by a share of about the shift.
+#[test]
+fn near_ties_are_ties_to_those_who_round() {
+    let near = measured("near ties");
+    near.fails(&[Textbook, Geometric], |_| true);
+    near.holds(&[Double], |shift| shift >= 1e-8);
+    near.fails(&[Double], |shift| shift <= 1e-16);
+}
+
+/// A camera among spheres, in front of a floor, before a frustum full of them: not hard,
+/// but for a pixel here and there.
+#[test]
+fn ordinary_views_are_right_in_doubles() {
+    for name in [
+        "frustum",
+        "among",
+        "touching the plane",
+        "linear in x",
+        "linear in y",
+        "wide",
+        "floor",
+    ] {
+        measured(name).holds(&[Double], |_| true);
+    }
+}
