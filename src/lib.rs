@@ -47,6 +47,7 @@
 //!
 //! | step | module | what it does |
 //! | --- | --- | --- |
+//! | memory | `pages` | huge pages, where the system has them |
 //! | spheres | [`spheres`] | the structure of arrays, file order, padded to whole packets |
 //! | text -> scene | [`scene`] | reads the text; a refusal names line and column |
 //! | pixel -> ray | [`camera`] | the one rule, every form of it side by side |
@@ -58,6 +59,17 @@
 //! Beside the way stand [`reference`](mod@reference): what the picture means,
 //! one pixel at a time in integers, and [`families`]: scenes that grow harder by
 //! one knob. Tests, benches and `--method reference` read them; nothing else does.
+
+#[cfg(any(
+    all(target_arch = "x86", not(target_feature = "sse2")),
+    all(target_arch = "arm", target_vendor = "apple"),
+    target_arch = "m68k",
+))]
+compile_error!(
+    "this target rounds floats in other ways than IEEE 754 asks for, so the pictures would be wrong; build for one with SSE2, or for a 64-bit one"
+);
+
+mod pages;
 
 pub mod spheres;
 

@@ -6,7 +6,7 @@
 //! is large instead: one record for the whole picture, nearest first.
 
 use bytemuck::{Pod, Zeroable};
-use memmap2::{Advice, MmapMut};
+use memmap2::MmapMut;
 use rayon::prelude::*;
 use wide::{f32x8, u32x8};
 
@@ -17,6 +17,7 @@ use super::{
 };
 use crate::{
     methods::Seen,
+    pages::{HUGE_PAGE, ask_for_huge},
     spheres::{LANES, Rgb, Sphere, Spheres},
 };
 
@@ -127,15 +128,14 @@ impl Default for Records {
 
 impl Records {
     fn new(count: usize) -> Self {
-        const HUGE_PAGE: usize = 2 << 20;
         let bytes = count * size_of::<Record>();
         // Maps of whole huge pages begin at one.
         if bytes >= HUGE_PAGE
             && let Ok(map) = MmapMut::map_anon(bytes.next_multiple_of(HUGE_PAGE))
         {
             // What would be in the last one comes in small pages: clearing more than is
-            // used costs more. Advice: refused, all of it is merely slower.
-            let _ = map.advise_range(Advice::HugePage, 0, bytes - bytes % HUGE_PAGE);
+            // used costs more.
+            ask_for_huge(&map, 0..bytes - bytes % HUGE_PAGE);
             return Self::Mapped(map);
         }
         Self::Heap(vec![Record::default(); count])

@@ -5,6 +5,8 @@
 use std::{ffi::CString, os::unix::ffi::OsStrExt, path::Path};
 use std::{fs::File, io, ops::Range};
 
+use crate::pages::ask_for_huge;
+
 #[expect(unsafe_code, reason = "a mapped image is what this module is for")]
 pub(super) fn map(file: &File, window: Range<u64>) -> io::Result<memmap2::MmapMut> {
     // SAFETY: nobody else may change these bytes or take them away.
@@ -22,8 +24,7 @@ pub(super) fn map(file: &File, window: Range<u64>) -> io::Result<memmap2::MmapMu
             .len((window.end - window.start) as usize)
             .map_mut(file)
     }?;
-    // Only advice: a kernel without huge pages draws the same picture.
-    let _ = window.advise(memmap2::Advice::HugePage);
+    ask_for_huge(&window, 0..window.len());
     Ok(window)
 }
 

@@ -9,14 +9,11 @@ use super::{
     stream::BUFFER_BYTES,
     system,
 };
-use crate::camera::ImageSize;
+use crate::{camera::ImageSize, pages::HUGE_PAGE};
 
 /// Bytes of a mapping: enough that its making is not felt, little beside the
 /// memory of any machine.
 const WINDOW_BYTES: usize = 64 << 20;
-
-/// What a huge page holds.
-const HUGE_PAGE: u64 = 2 << 20;
 
 /// A file of reserved blocks, and how its rows are had.
 #[derive(Debug)]
@@ -52,8 +49,8 @@ impl Rows {
                 let window = if self.whole {
                     // Pages at the ends of a window that is cut through a huge one are had
                     // one by one, and each time all of the huge one is gone through.
-                    let first = start - start % HUGE_PAGE;
-                    let last = (start + length as u64).next_multiple_of(HUGE_PAGE);
+                    let first = start - start % HUGE_PAGE as u64;
+                    let last = (start + length as u64).next_multiple_of(HUGE_PAGE as u64);
                     first..last.min(file_bytes(self.size))
                 } else {
                     start..start + length as u64
