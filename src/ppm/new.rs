@@ -55,7 +55,7 @@ impl MappedImage {
                 file,
                 path: target,
                 size,
-                mapped: true,
+                mapped: system::MAPS_FILES,
                 whole: true,
             },
             draft,
