@@ -1,5 +1,8 @@
 //! The command line: every option, exit code and stream, of the program as a process.
 
+// Of permissions, links and signals as Unix has them.
+#![cfg(unix)]
+
 #[path = "common/program.rs"]
 mod program;
 

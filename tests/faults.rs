@@ -5,6 +5,9 @@
 //! Some faults need root to bring about (a small disk, another user); without
 //! it these tests say that they are skipped.
 
+// Of permissions, links and signals as Unix has them.
+#![cfg(unix)]
+
 #[path = "common/program.rs"]
 mod program;
 

@@ -1,6 +1,9 @@
 //! A hundred bad inputs, and more, each given to the program as a process: one
 //! clear message, exit code 1 or 2, and nothing in the folder has changed.
 
+// Of permissions, links and signals as Unix has them.
+#![cfg(unix)]
+
 #[path = "common/program.rs"]
 mod program;
 

@@ -1,6 +1,9 @@
 //! One picture by many processes: bands of rows in any order, killed and drawn
 //! again, are the picture that one process draws.
 
+// Of permissions, links and signals as Unix has them.
+#![cfg(unix)]
+
 use std::{
     fs,
     os::unix::process::ExitStatusExt,

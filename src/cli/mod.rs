@@ -9,6 +9,7 @@ pub(crate) mod processor;
 mod progress;
 mod signals;
 mod statistics;
+mod system;
 mod verify;
 mod workers;
 

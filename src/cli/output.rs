@@ -1,10 +1,9 @@
 //! Where the picture goes.
 
 use std::{
-    fs::{self, File, Metadata, OpenOptions},
+    fs::{self, File, OpenOptions},
     io,
     ops::Range,
-    os::unix::fs::{FileTypeExt, MetadataExt},
     path::{Path, PathBuf},
 };
 
@@ -13,7 +12,11 @@ use sfera::{
     ppm::{self, ImageError, MappedImage, SharedImage},
 };
 
-use super::{Failure, signals::Interrupts};
+use super::{
+    Failure,
+    signals::{self, Interrupts},
+    system,
+};
 
 /// The IMAGE of the command line, before anything is touched.
 #[derive(Debug)]
@@ -27,12 +30,11 @@ impl Destination {
     /// stream; everything else is a file to make or replace.
     pub(crate) fn of(path: &Path) -> Result<Self, Failure> {
         let stream = if path == Path::new("-") {
-            let stdout = rustix::io::dup(rustix::stdio::stdout())
-                .map_err(|error| format!("standard output: {error}"))?;
-            Some(File::from(stdout))
+            let stdout = system::stdout().map_err(|error| format!("standard output: {error}"))?;
+            Some(stdout)
         } else {
             match fs::metadata(path) {
-                Ok(metadata) if is_stream(&metadata) => Some(
+                Ok(metadata) if system::is_stream(&metadata) => Some(
                     OpenOptions::new()
                         .write(true)
                         .open(path)
@@ -54,17 +56,13 @@ impl Destination {
             None => fs::metadata(&self.path),
         };
         let scene_file = if scene == Path::new("-") {
-            rustix::io::dup(rustix::stdio::stdin())
-                .map_err(io::Error::from)
-                .and_then(|stdin| File::from(stdin).metadata())
+            system::stdin().and_then(|stdin| stdin.metadata())
         } else {
             fs::metadata(scene)
         };
         match (scene_file, image) {
             (Ok(scene_file), Ok(image_file))
-                if image_file.is_file()
-                    && (scene_file.dev(), scene_file.ino())
-                        == (image_file.dev(), image_file.ino()) =>
+                if image_file.is_file() && system::is_same(&scene_file, &image_file) =>
             {
                 Err(format!(
                     "{}: this is the scene itself ({}); give the image another name",
@@ -76,10 +74,6 @@ impl Destination {
             _ => Ok(()),
         }
     }
-}
-
-fn is_stream(metadata: &Metadata) -> bool {
-    metadata.file_type().is_char_device() || metadata.file_type().is_fifo()
 }
 
 /// The picture being drawn.
@@ -118,7 +112,7 @@ impl Output {
             }
             (Self::Whole(image), temporary)
         };
-        ppm::exit_when_lost(
+        signals::exit_when_lost(
             format!(
                 "sfera: {}: the file was shortened or its disk failed while it was drawn; draw it again\n",
                 path.display()

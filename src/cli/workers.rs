@@ -9,7 +9,7 @@ use std::{
 
 use rayon::{ThreadBuilder, ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use super::arguments::Job;
+use super::{arguments::Job, system};
 
 /// A pool that this thread is part of. The others are started when they are
 /// called, or never: starting one for each of many CPUs would take longer than
@@ -36,7 +36,7 @@ impl Workers {
     pub(crate) fn new(threads: Option<usize>) -> Result<Self, ThreadPoolBuildError> {
         let mut waiting = Vec::new();
         let pool = ThreadPoolBuilder::new()
-            .num_threads(threads.unwrap_or_else(processors))
+            .num_threads(threads.unwrap_or_else(system::processors))
             .use_current_thread()
             .spawn_handler(|worker| {
                 waiting.push(worker);
@@ -87,13 +87,5 @@ impl Workers {
                 return;
             }
         }
-    }
-}
-
-/// The CPUs that this process may run on; a quota may allow fewer.
-fn processors() -> usize {
-    match rustix::thread::sched_getaffinity(None) {
-        Ok(processors) => processors.count() as usize,
-        Err(_) => thread::available_parallelism().map_or(1, usize::from),
     }
 }

@@ -28,8 +28,6 @@ mod stream;
 mod system;
 mod target;
 
-#[cfg(feature = "program")]
-pub use self::map::exit_when_lost;
 pub use self::{
     errors::ImageError,
     format::header,

@@ -1,7 +1,9 @@
-//! What signals that would end the program do to it.
+//! Unix: interrupts that clean up, limits that are errors, pages that are lost.
 
 use std::{
+    ffi::CString,
     fs, io,
+    os::unix::ffi::OsStrExt,
     path::{Path, PathBuf},
     sync::{
         Arc, Mutex, OnceLock,
@@ -87,8 +89,30 @@ impl Interrupts {
     }
 }
 
+/// Ends the process with `message` and exit code 1 if a mapped image is taken
+/// away under it: shortened by another process, or its disk gone. `temporary`
+/// is removed first.
+#[expect(
+    unsafe_code,
+    reason = "a signal is how the system tells of a lost page"
+)]
+pub(crate) fn exit_when_lost(message: String, temporary: Option<&Path>) -> io::Result<()> {
+    let temporary = temporary.and_then(|path| CString::new(path.as_os_str().as_bytes()).ok());
+    let action = move || {
+        if let Some(name) = &temporary {
+            let _ = rustix::fs::unlink(name.as_c_str());
+        }
+        let _ = rustix::io::write(rustix::stdio::stderr(), message.as_bytes());
+        signal_hook::low_level::exit(1);
+    };
+    // SAFETY: the action does three system calls on memory made beforehand;
+    // it takes no lock and allocates nothing.
+    unsafe { signal_hook::low_level::register(signal_hook::consts::SIGBUS, action) }?;
+    Ok(())
+}
+
 /// The signals that whoever started the program wants ignored (`nohup`, a shell's
-/// background job), a bit each.
+/// background job), a bit each. Linux tells them; elsewhere they are taken for none.
 fn ignored() -> u64 {
     fs::read_to_string("/proc/self/status")
         .ok()
