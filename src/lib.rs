@@ -57,8 +57,9 @@
 //! | all of it | [`mod@render`] | bands of rows -> pixels -> bytes |
 //!
 //! Beside the way stand [`reference`](mod@reference): what the picture means,
-//! one pixel at a time in integers, and [`families`]: scenes that grow harder by
-//! one knob. Tests, benches and `--method reference` read them; nothing else does.
+//! one pixel at a time in integers; [`nearness`]: how near a pixel is to showing
+//! something else; and [`families`]: scenes that grow harder by one knob. Tests,
+//! benches, `--method reference` and `--verify` read them; nothing else does.
 
 #[cfg(any(
     all(target_arch = "x86", not(target_feature = "sse2")),
@@ -80,6 +81,8 @@ pub mod camera;
 pub mod reference;
 
 pub mod families;
+
+pub mod nearness;
 
 pub mod methods;
 

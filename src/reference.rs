@@ -33,7 +33,10 @@
 
 use std::cmp::Ordering;
 
-use dashu::{base::Sign, integer::IBig};
+use dashu::{
+    base::{Abs, BitTest, Sign, SquareRoot},
+    integer::IBig,
+};
 
 use crate::{
     camera::{Camera, ImageSize},
@@ -113,6 +116,78 @@ impl Reference {
         nearest.map(|(index, _)| index)
     }
 
+    /// The outline of a sphere about a pixel, if it has one before the camera.
+    pub(crate) fn outline(&self, sphere: usize, (column, row): (u32, u32)) -> Option<Outline> {
+        let IntegerSphere { centre, power } = &self.spheres[sphere];
+        let ray = self.ray(column, row);
+        if sign(power) != Ordering::Greater || sign(&dot(centre, &ray)) != Ordering::Greater {
+            return None;
+        }
+        // D = V.V by the form (C.U)(C.V) - c U.V.
+        let form =
+            |u: &[IBig; 3], v: &[IBig; 3]| dot(centre, u) * dot(centre, v) - power * dot(u, v);
+        let [across, down] = self.steps();
+        let gradient = [2 * form(&ray, &across), 2 * form(&ray, &down)];
+        let curvature = [
+            form(&across, &across),
+            form(&across, &down),
+            form(&down, &down),
+        ];
+        let unit = gradient
+            .iter()
+            .chain(&curvature)
+            .map(Abs::abs)
+            .max()
+            .filter(|unit| *unit > IBig::ZERO)?;
+        Some(Outline {
+            value: quotient(&form(&ray, &ray), &unit),
+            gradient: gradient.map(|value| quotient(&value, &unit)),
+            curvature: curvature.map(|value| quotient(&value, &unit)),
+        })
+    }
+
+    /// How much farther the second of two spheres is than the first, by the distance
+    /// of the first, where a pixel meets both.
+    pub(crate) fn gap(
+        &self,
+        [first, second]: [usize; 2],
+        (column, row): (u32, u32),
+    ) -> Option<f64> {
+        /// Bits by which roots are finer than integers.
+        const FINE: usize = 256;
+        let ray = self.ray(column, row);
+        let first = self.spheres[first].hit(&ray)?;
+        let second = self.spheres[second].hit(&ray)?;
+        let root = |d: &IBig| IBig::from((d << (2 * FINE)).sqrt());
+        // 1 - s2/s1, all times 2^FINE.
+        let p = (&first.p * &second.q - &second.p * &first.q) << FINE;
+        let u = root(&(&second.q * &second.q * &first.d));
+        let w = root(&(&first.q * &first.q * &second.d));
+        let whole = ((&first.p * &second.q) << FINE) + &u;
+        Some(quotient(&(p + u - w), &whole))
+    }
+
+    /// What a step of a pixel to the right, and down, adds to `V`. The one pixel of
+    /// a row or column is as wide as the viewport.
+    fn steps(&self) -> [[IBig; 3]; 2] {
+        let (_, x_denominator) = self.camera.x_ratio(0);
+        let (_, y_denominator) = self.camera.y_ratio(0);
+        let [width, height, _] = &self.viewport;
+        let step = |denominator: i64| if denominator == 1 { 1 } else { 2 };
+        [
+            [
+                width * step(x_denominator) * y_denominator,
+                IBig::ZERO,
+                IBig::ZERO,
+            ],
+            [
+                IBig::ZERO,
+                -height * step(y_denominator) * x_denominator,
+                IBig::ZERO,
+            ],
+        ]
+    }
+
     /// `V`, times the viewport's power of two and the denominators of both ratios.
     fn ray(&self, column: u32, row: u32) -> [IBig; 3] {
         let (x, x_denominator) = self.camera.x_ratio(column);
@@ -151,6 +226,37 @@ impl IntegerSphere {
     }
 }
 
+/// `D` about a pixel, in pixels: its value, its slopes across and down, and the
+/// coefficients of the squares and the product of both.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outline {
+    pub(crate) value: f64,
+    pub(crate) gradient: [f64; 2],
+    pub(crate) curvature: [f64; 3],
+}
+
+impl Outline {
+    /// Pixels to where `D` is zero, in the direction in which it changes fastest.
+    pub(crate) fn distance(self) -> f64 {
+        if self.value == 0.0 {
+            return 0.0;
+        }
+        let [across, down] = self.gradient;
+        let [along, mixed, upright] = self.curvature;
+        let slope = across.hypot(down);
+        let (x, y) = if slope > 0.0 {
+            (across / slope, down / slope)
+        } else {
+            (1.0, 0.0)
+        };
+        let curvature = along * x * x + 2.0 * mixed * x * y + upright * y * y;
+        let discriminant = slope * slope - 4.0 * curvature * self.value;
+        // Where the line meets no outline, as near as the tangent says.
+        let root = discriminant.max(0.0).sqrt();
+        2.0 * self.value.abs() / (slope + root)
+    }
+}
+
 impl InverseDepth {
     /// Both sides times `q1 q2 > 0`, so that no quotient is left:
     /// `p1 q2 + sqrt(q2^2 d1)` against `p2 q1 + sqrt(q1^2 d2)`.
@@ -181,6 +287,19 @@ fn sign_with_root(m: &IBig, n: &IBig) -> Ordering {
     } else {
         sign(&(m + n))
     }
+}
+
+/// The double nearest to `n/d`, or next to it.
+fn quotient(n: &IBig, d: &IBig) -> f64 {
+    /// More than a double holds.
+    const BITS: isize = 64;
+    let shift = d.bit_len() as isize - n.bit_len() as isize + BITS;
+    let whole = if shift >= 0 {
+        (n << shift as usize) / d
+    } else {
+        n / (d << -shift as usize)
+    };
+    whole.to_f64().value() * f64::powi(2.0, -shift as i32)
 }
 
 fn sign(value: &IBig) -> Ordering {

@@ -16,15 +16,19 @@
 
 mod advice;
 mod error;
+mod lines;
 mod number;
 mod parser;
 mod windows;
 
 use std::{fmt, fs::File, io, path::Path};
 
-pub use self::error::{SceneError, SceneErrorKind};
 #[doc(hidden)]
 pub use self::windows::Sizes;
+pub use self::{
+    error::{SceneError, SceneErrorKind},
+    lines::lines_of_spheres,
+};
 use crate::spheres::{Rgb, Sphere, Spheres};
 
 /// The viewport: `width` by `height`, centred on the z axis at `distance`.

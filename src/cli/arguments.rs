@@ -58,7 +58,7 @@ pub(crate) struct Job {
     #[arg(long, value_name = "A..B")]
     pub(crate) rows: Option<RowRange>,
 
-    /// Draw nothing: compare the rows (or all) of an image that is there with what the method draws
+    /// Draw nothing: judge an image (or its rows) that is there, whoever drew it; - reads standard input
     #[arg(long)]
     verify: bool,
 
@@ -67,12 +67,12 @@ pub(crate) struct Job {
     compare: bool,
 
     /// Make a second image: red where the method's pixels are wrong, pale where they are right
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["rows", "verify"])]
+    #[arg(long, value_name = "FILE", conflicts_with = "rows")]
     pub(crate) diff: Option<PathBuf>,
 
     /// Tell on standard error how long each phase took, as text or as JSON
     #[arg(long, value_enum, value_name = "FORMAT", num_args = 0..=1, require_equals = true,
-          default_missing_value = "text", conflicts_with_all = ["quiet", "verify"])]
+          default_missing_value = "text", conflicts_with = "quiet")]
     pub(crate) stats: Option<statistics::Style>,
 
     /// Say nothing but errors: no progress bar, no remarks
@@ -164,10 +164,18 @@ impl Job {
             );
         }
         let standard_output = Path::new("-");
+        if self.verify && self.scene_is_standard_input() && self.image == standard_output {
+            refuse(
+                ErrorKind::ArgumentConflict,
+                "standard input can be the scene or the image that --verify judges, not both: give one of them a name",
+            );
+        }
         if self.image == standard_output {
             let wants_file = [
-                (self.rows.is_some(), "--rows draws in a file"),
-                (self.verify, "--verify reads a file"),
+                (
+                    self.rows.is_some() && !self.verify,
+                    "--rows draws in a file",
+                ),
                 (
                     self.compare,
                     "--compare prints its table on standard output",
@@ -181,10 +189,10 @@ impl Job {
             }
         }
         if let Some(marks) = &self.diff {
-            if self.method == MethodName::Exact {
+            if self.method == MethodName::Exact && !self.verify {
                 refuse(
                     ErrorKind::ArgumentConflict,
-                    "--diff compares another method with exact: add --method",
+                    "--diff compares another method with exact: add --method, or --verify to judge an image that is there",
                 );
             }
             if *marks == self.image {

@@ -26,22 +26,29 @@ impl<'scene> Marker<'scene> {
         }
     }
 
-    /// Turns `pixels` that a method drew into marks: red where they are wrong,
-    /// elsewhere the right picture in pale grey.
+    /// Turns `pixels` that a method drew into marks.
     pub(crate) fn mark(&mut self, rows: std::ops::Range<u32>, pixels: &mut [u8]) {
         self.right.resize(pixels.len(), 0);
         self.exact.draw(rows, &mut self.right, &|_| ());
-        for (pixel, right) in pixels
-            .chunks_exact_mut(BYTES_PER_PIXEL)
-            .zip(self.right.chunks_exact(BYTES_PER_PIXEL))
-        {
-            if pixel == right {
-                let sum: u16 = right.iter().map(|&channel| u16::from(channel)).sum();
-                pixel.fill(192 + (sum / 16) as u8);
-            } else {
-                self.wrong += 1;
-                pixel.copy_from_slice(&WRONG);
-            }
+        self.wrong += mark(pixels, &self.right);
+    }
+}
+
+/// Turns `pixels` into marks: red where they are not `right`, elsewhere the right
+/// picture in pale grey. Returns how many are red.
+pub(crate) fn mark(pixels: &mut [u8], right: &[u8]) -> u64 {
+    let mut wrong = 0;
+    for (pixel, right) in pixels
+        .chunks_exact_mut(BYTES_PER_PIXEL)
+        .zip(right.chunks_exact(BYTES_PER_PIXEL))
+    {
+        if pixel == right {
+            let sum: u16 = right.iter().map(|&channel| u16::from(channel)).sum();
+            pixel.fill(192 + (sum / 16) as u8);
+        } else {
+            wrong += 1;
+            pixel.copy_from_slice(&WRONG);
         }
     }
+    wrong
 }

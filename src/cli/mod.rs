@@ -46,6 +46,8 @@ use self::{
 enum Failure {
     /// One line for the user, exit code 1.
     Message(String),
+    /// Exit code 1; what there is to say has been said.
+    Told,
     /// Nobody reads what is written: nothing to say, and the exit code of a
     /// program that `SIGPIPE` ended, 141.
     NobodyReads,
@@ -74,7 +76,7 @@ pub(crate) fn main() -> ExitCode {
             tell(format_args!("sfera: {message}"));
             ExitCode::FAILURE
         }
-        Err(_panic) => ExitCode::FAILURE,
+        Ok(Err(Failure::Told)) | Err(_) => ExitCode::FAILURE,
     }
 }
 
@@ -110,7 +112,7 @@ fn run(arguments: &Arguments, interrupts: &Interrupts) -> Result<(), Failure> {
     let workers = Workers::new(job.threads())?;
     workers.run(job, || match job.mode() {
         Mode::Render => render(job, interrupts, &workers),
-        Mode::Verify => verify::verify(job, &renderer(job, &read_scene(job)?)),
+        Mode::Verify => verify::verify(job, interrupts),
         Mode::Compare => compare(job, interrupts),
     })
 }

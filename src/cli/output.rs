@@ -1,7 +1,7 @@
 //! Where the picture goes.
 
 use std::{
-    fs::{self, File, OpenOptions},
+    fs::{self, File, Metadata, OpenOptions},
     io,
     ops::Range,
     path::{Path, PathBuf},
@@ -55,25 +55,42 @@ impl Destination {
             Some(stream) => stream.metadata(),
             None => fs::metadata(&self.path),
         };
-        let scene_file = if scene == Path::new("-") {
-            system::stdin().and_then(|stdin| stdin.metadata())
-        } else {
-            fs::metadata(scene)
-        };
-        match (scene_file, image) {
-            (Ok(scene_file), Ok(image_file))
-                if image_file.is_file() && system::is_same(&scene_file, &image_file) =>
-            {
-                Err(format!(
-                    "{}: this is the scene itself ({}); give the image another name",
-                    self.path.display(),
-                    scene.display()
-                )
-                .into())
-            }
+        match (metadata_of_input(scene), image) {
+            (Ok(scene_file), Ok(image)) if is_same(&scene_file, &image) => Err(format!(
+                "{}: this is the scene itself ({}); give the image another name",
+                self.path.display(),
+                scene.display()
+            )
+            .into()),
             _ => Ok(()),
         }
     }
+
+    /// Refuses to mark in the very picture that is judged what is wrong with it.
+    pub(crate) fn refuse_to_replace_picture(&self, picture: &Path) -> Result<(), Failure> {
+        match (metadata_of_input(picture), fs::metadata(&self.path)) {
+            (Ok(picture), Ok(image)) if is_same(&picture, &image) => Err(format!(
+                "{}: this is the picture that is judged; give the one of --diff another name",
+                self.path.display()
+            )
+            .into()),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Of a file that is read, or of standard input for `-`.
+fn metadata_of_input(path: &Path) -> io::Result<Metadata> {
+    if path == Path::new("-") {
+        system::stdin()?.metadata()
+    } else {
+        fs::metadata(path)
+    }
+}
+
+/// Whether a file that is read is the one to be replaced.
+fn is_same(read: &Metadata, replaced: &Metadata) -> bool {
+    replaced.is_file() && system::is_same(read, replaced)
 }
 
 /// The picture being drawn.

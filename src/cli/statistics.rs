@@ -43,6 +43,24 @@ impl Clock {
     fn total(&self) -> Duration {
         self.last - self.start
     }
+
+    /// The members of a JSON object: each phase, and the total, in milliseconds.
+    pub(crate) fn json(&self) -> String {
+        let mut json = String::new();
+        for (phase, time) in &self.laps {
+            let _ = write!(json, "\"{phase}\":{:.3},", milliseconds(*time));
+        }
+        let _ = write!(json, "\"total\":{:.3}", milliseconds(self.total()));
+        json
+    }
+
+    /// Lines of text: each phase, and the total.
+    pub(crate) fn text(&self) -> String {
+        let total = ("total", self.total());
+        let laps = self.laps.iter().chain([&total]);
+        laps.map(|&(phase, time)| format!("{phase:<8}{:>12.3} ms\n", milliseconds(time)))
+            .collect()
+    }
 }
 
 /// What there is to tell of a finished picture.
@@ -105,13 +123,10 @@ impl Report<'_> {
             },
             rayon::current_num_threads(),
         );
-        for (phase, time) in &self.clock.laps {
-            let _ = write!(json, "\"{phase}\":{:.3},", milliseconds(*time));
-        }
+        json += &self.clock.json();
         let _ = write!(
             json,
-            "\"total\":{:.3}}},\"pixels_per_second\":{:.0}",
-            milliseconds(self.clock.total()),
+            "}},\"pixels_per_second\":{:.0}",
             self.pixels() / self.clock.total().as_secs_f64(),
         );
         if job.method() == Method::Exact {

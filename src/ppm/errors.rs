@@ -1,4 +1,4 @@
-//! Why an image can't be written, and what would mend it.
+//! Why an image can't be written or read, and what would mend it.
 
 use std::{
     io,
@@ -8,7 +8,7 @@ use std::{
 use super::system::{reason, remedy};
 use crate::camera::ImageSize;
 
-/// Why an image can't be written. The message names the file and what would
+/// Why an image can't be written or read. The message names the file and what would
 /// mend it.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -47,6 +47,14 @@ pub enum ImageError {
         size: ImageSize,
         /// What it is instead.
         found: String,
+    },
+    /// What was to be read is not a binary PPM of the size asked for.
+    #[error("{}: {problem}", path.display())]
+    Unlike {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, and what would mend it.
+        problem: String,
     },
     /// The operating system refused.
     #[error("{}: can't {action}: {}{}", path.display(), reason(source), remedy(source))]

@@ -13,6 +13,8 @@
 //! | [`SharedImage`] | the file itself, some of its rows | at once; several processes may share it |
 //! | [`write_image`] | a buffer that is written to a stream | as it is drawn |
 //!
+//! [`Picture`] reads one, whoever wrote it.
+//!
 //! A file is mapped a window at a time, so neither the addresses nor the memory
 //! that a picture takes grow with it. Its blocks are reserved first: a full disk
 //! is an error to report, not a signal to die of.
@@ -22,6 +24,7 @@ mod errors;
 mod format;
 mod map;
 mod new;
+mod read;
 mod rows;
 mod shared;
 mod stream;
@@ -32,6 +35,7 @@ pub use self::{
     errors::ImageError,
     format::header,
     new::MappedImage,
+    read::{Picture, row_groups},
     shared::SharedImage,
-    stream::{read_rows, write_image},
+    stream::write_image,
 };

@@ -23,7 +23,7 @@ use crate::camera::ImageSize;
 /// in any order.
 ///
 /// ```
-/// use sfera::{camera::ImageSize, ppm::{self, ImageError, SharedImage}};
+/// use sfera::{camera::ImageSize, ppm::{Picture, SharedImage}};
 ///
 /// # let folder = tempfile::tempdir()?;
 /// # let path = folder.path().join("halves.ppm");
@@ -31,10 +31,9 @@ use crate::camera::ImageSize;
 /// for (rows, colour) in [(1..2, 30), (0..1, 10)] {
 ///     SharedImage::open(&path, size)?.draw(rows, |_, pixels| pixels.fill(colour))?;
 /// }
-/// ppm::read_rows(&path, size, 0..2, |_, pixels| {
-///     assert_eq!(pixels, [10, 10, 10, 10, 10, 10, 30, 30, 30, 30, 30, 30]);
-///     Ok::<(), ImageError>(())
-/// })?;
+/// let mut pixels = [0; 12];
+/// Picture::open(&path, size, 0)?.read(&mut pixels)?;
+/// assert_eq!(pixels, [10, 10, 10, 10, 10, 10, 30, 30, 30, 30, 30, 30]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]

@@ -1,0 +1,207 @@
+//! Which pixels differ.
+
+use std::ops::Range;
+
+use sfera::{
+    camera::{BYTES_PER_PIXEL, ImageSize},
+    spheres::Rgb,
+};
+
+/// A wrong pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Wrong {
+    /// Column and row.
+    pub(super) pixel: (u32, u32),
+    pub(super) found: Rgb,
+    pub(super) right: Rgb,
+}
+
+/// What is counted and kept while a picture is compared, in bounded memory.
+#[derive(Debug)]
+pub(super) struct Tally {
+    size: ImageSize,
+    pub(super) wrong: u64,
+    pub(super) rows: Ranges,
+    pub(super) first: Vec<Wrong>,
+    spread: Spread,
+    pub(super) sample: Sample,
+}
+
+impl Tally {
+    /// Wrong pixels that are shown.
+    const SHOWN: usize = 10;
+
+    pub(super) fn new(size: ImageSize, rows: Range<u32>) -> Self {
+        Self {
+            size,
+            wrong: 0,
+            rows: Ranges::default(),
+            first: Vec::new(),
+            spread: Spread::default(),
+            sample: Sample::new(size, rows),
+        }
+    }
+
+    /// Compares what was `found` in some rows with what is `right`.
+    pub(super) fn compare(&mut self, rows: Range<u32>, found: &[u8], right: &[u8]) {
+        let row_bytes = self.size.row_bytes();
+        let lines = found
+            .chunks_exact(row_bytes)
+            .zip(right.chunks_exact(row_bytes));
+        for (row, (found, right)) in rows.zip(lines) {
+            self.sample.offer(row, found);
+            if found != right {
+                self.rows.push(row);
+                self.compare_row(row, found, right);
+            }
+        }
+    }
+
+    fn compare_row(&mut self, row: u32, found: &[u8], right: &[u8]) {
+        let (found, _) = found.as_chunks::<BYTES_PER_PIXEL>();
+        let (right, _) = right.as_chunks::<BYTES_PER_PIXEL>();
+        for (column, (&found, &right)) in (0..).zip(found.iter().zip(right)) {
+            if found == right {
+                continue;
+            }
+            let wrong = Wrong {
+                pixel: (column, row),
+                found,
+                right,
+            };
+            if self.first.len() < Self::SHOWN {
+                self.first.push(wrong);
+            }
+            self.spread.offer(self.wrong, wrong);
+            self.wrong += 1;
+        }
+    }
+
+    /// At most `most` wrong pixels, evenly from all of them.
+    pub(super) fn spread(&self, most: usize) -> Vec<Wrong> {
+        let kept = &self.spread.kept;
+        let step = kept.len().div_ceil(most.max(1)).max(1);
+        kept.iter().step_by(step).copied().collect()
+    }
+}
+
+/// Every `2^n`th of the wrong pixels, so that they are at most so many.
+#[derive(Debug, Default)]
+struct Spread {
+    kept: Vec<Wrong>,
+    step: u64,
+}
+
+impl Spread {
+    const MOST: usize = 1 << 14;
+
+    fn offer(&mut self, number: u64, wrong: Wrong) {
+        self.step = self.step.max(1);
+        if !number.is_multiple_of(self.step) {
+            return;
+        }
+        if self.kept.len() == Self::MOST {
+            let mut index = 0;
+            self.kept.retain(|_| {
+                index += 1;
+                index % 2 == 1
+            });
+            self.step *= 2;
+            if !number.is_multiple_of(self.step) {
+                return;
+            }
+        }
+        self.kept.push(wrong);
+    }
+}
+
+/// Blocks of rows as they were found, to try explanations on.
+#[derive(Debug)]
+pub(super) struct Sample {
+    /// The first row that is compared.
+    start: u32,
+    block: u32,
+    /// One block of so many is kept.
+    step: u32,
+    /// Rows and their pixels, those of neighbouring blocks together.
+    pub(super) pieces: Vec<(Range<u32>, Vec<u8>)>,
+}
+
+impl Sample {
+    const PIXELS: u64 = 1 << 20;
+    const BLOCK: u32 = 16;
+
+    fn new(size: ImageSize, rows: Range<u32>) -> Self {
+        let width = u64::from(size.width());
+        // Of a picture with very long rows there is none.
+        let block = (Self::PIXELS / width).min(Self::BLOCK.into()) as u32;
+        let step = (width * rows.len() as u64).div_ceil(Self::PIXELS);
+        Self {
+            start: rows.start,
+            block,
+            step: u32::try_from(step).unwrap_or(u32::MAX),
+            pieces: Vec::new(),
+        }
+    }
+
+    fn offer(&mut self, row: u32, found: &[u8]) {
+        let Some(block) = (row - self.start).checked_div(self.block) else {
+            return;
+        };
+        if !block.is_multiple_of(self.step) {
+            return;
+        }
+        match self.pieces.last_mut().filter(|(rows, _)| rows.end == row) {
+            Some((rows, pixels)) => {
+                rows.end += 1;
+                pixels.extend_from_slice(found);
+            }
+            None => self.pieces.push((row..row + 1, found.to_vec())),
+        }
+    }
+
+    pub(super) fn pixels(&self) -> u64 {
+        let bytes: usize = self.pieces.iter().map(|(_, pixels)| pixels.len()).sum();
+        (bytes / BYTES_PER_PIXEL) as u64
+    }
+}
+
+/// Rows, in the order they come.
+#[derive(Debug, Default)]
+pub(super) struct Ranges {
+    ranges: Vec<Range<u32>>,
+    pub(super) rows: u32,
+}
+
+impl Ranges {
+    /// As many ranges as a message can tell.
+    const TOLD: usize = 50;
+
+    fn push(&mut self, row: u32) {
+        self.rows += 1;
+        if let Some(last) = self.ranges.last_mut().filter(|last| last.end == row) {
+            last.end += 1;
+        } else if self.ranges.len() <= Self::TOLD {
+            // One more than is told is enough to know that there are more.
+            self.ranges.push(row..row + 1);
+        }
+    }
+
+    /// Those that are told, and whether they are all.
+    pub(super) fn told(&self) -> (&[Range<u32>], bool) {
+        let told = self.ranges.len().min(Self::TOLD);
+        (&self.ranges[..told], told == self.ranges.len())
+    }
+
+    pub(super) fn words(&self) -> String {
+        let (told, all) = self.told();
+        let mut words: Vec<String> = told
+            .iter()
+            .map(|range| format!("{}..{}", range.start, range.end))
+            .collect();
+        if !all {
+            words.push("and more".into());
+        }
+        words.join(", ")
+    }
+}

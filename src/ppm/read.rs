@@ -1,0 +1,443 @@
+//! A picture that is there, whoever wrote it, read from the top.
+
+use std::{
+    fs::File,
+    io::{self, BufRead, BufReader, Read},
+    ops::Range,
+    path::{Path, PathBuf},
+};
+
+use super::{
+    errors::{ImageError, OPEN, READ, refused},
+    format::groups,
+    stream::BUFFER_BYTES,
+};
+use crate::camera::ImageSize;
+
+/// Splits `rows` into groups that are worth being read and drawn at a time, and
+/// take little memory.
+pub fn row_groups(size: ImageSize, rows: Range<u32>) -> impl Iterator<Item = Range<u32>> {
+    groups(size, rows, BUFFER_BYTES)
+}
+
+/// The pixels of a binary PPM, as a file or a stream brings them.
+///
+/// The header may be written in any way that the format allows: white space and
+/// comments between its numbers, on one line or many, with any line ends.
+///
+/// ```
+/// use sfera::{camera::ImageSize, ppm::Picture};
+///
+/// let stream = b"P6 # by hand\r\n2 1 255 \t\t\t\t\t\t".as_slice();
+/// let mut picture = Picture::new(stream, "a string".as_ref(), ImageSize::new(2, 1)?)?;
+/// let mut pixels = [0; 6];
+/// picture.read(&mut pixels)?;
+/// picture.finish()?;
+/// assert_eq!(pixels, [9; 6]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Picture<R> {
+    source: R,
+    path: PathBuf,
+    size: ImageSize,
+    /// Bytes of pixels that have been taken.
+    taken: u64,
+}
+
+impl Picture<BufReader<File>> {
+    /// Opens the picture of this size at `path`, which may be a pipe, and goes to
+    /// `row`.
+    ///
+    /// # Errors
+    ///
+    /// If it can't be read or is not a binary PPM of this size.
+    pub fn open(path: &Path, size: ImageSize, row: u32) -> Result<Self, ImageError> {
+        let file = File::open(path).map_err(refused(path, OPEN))?;
+        let metadata = file.metadata().map_err(refused(path, "ask its size"))?;
+        if metadata.is_dir() {
+            let path = path.to_owned();
+            return Err(ImageError::Directory { path });
+        }
+        let length = metadata.is_file().then_some(metadata.len());
+        let mut picture = Self::of_length(BufReader::new(file), path, size, length)?;
+        let before = u64::from(row) * size.row_bytes() as u64;
+        // Where there is no seeking, what stands before the row is read.
+        let sought = length.is_some()
+            && i64::try_from(before)
+                .is_ok_and(|before| picture.source.seek_relative(before).is_ok());
+        if sought {
+            picture.taken = before;
+        } else {
+            picture.pass_over(row)?;
+        }
+        Ok(picture)
+    }
+}
+
+impl<R: BufRead> Picture<R> {
+    /// Reads the header of the picture of this size that `source` brings.
+    /// Messages give it `name`.
+    ///
+    /// # Errors
+    ///
+    /// If it can't be read or is not a binary PPM of this size.
+    pub fn new(source: R, name: &Path, size: ImageSize) -> Result<Self, ImageError> {
+        Self::of_length(source, name, size, None)
+    }
+
+    fn of_length(
+        source: R,
+        name: &Path,
+        size: ImageSize,
+        length: Option<u64>,
+    ) -> Result<Self, ImageError> {
+        let mut header = Header {
+            source,
+            path: name,
+            taken: 0,
+        };
+        header.read(size, length)?;
+        let Header { source, taken, .. } = header;
+        let picture = Self {
+            source,
+            path: name.to_owned(),
+            size,
+            taken: 0,
+        };
+        let expected = size.pixel_bytes() as u64;
+        match length.map(|length| length.saturating_sub(taken)) {
+            Some(found) if found < expected => Err(picture.short(found)),
+            Some(found) if found > expected => Err(picture.long()),
+            _ => Ok(picture),
+        }
+    }
+
+    /// Reads the next pixels.
+    ///
+    /// # Errors
+    ///
+    /// If the picture can't be read or ends before.
+    pub fn read(&mut self, pixels: &mut [u8]) -> Result<(), ImageError> {
+        let mut filled = 0;
+        while filled < pixels.len() {
+            match self.source.read(&mut pixels[filled..]) {
+                Ok(0) => return Err(self.short(self.taken)),
+                Ok(count) => {
+                    filled += count;
+                    self.taken += count as u64;
+                }
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(refused(&self.path, READ)(error)),
+            }
+        }
+        Ok(())
+    }
+
+    /// Passes over the next rows.
+    ///
+    /// # Errors
+    ///
+    /// If the picture can't be read or ends before.
+    pub fn pass_over(&mut self, rows: u32) -> Result<(), ImageError> {
+        let bytes = u64::from(rows) * self.size.row_bytes() as u64;
+        let passed = io::copy(&mut self.source.by_ref().take(bytes), &mut io::sink())
+            .map_err(refused(&self.path, READ))?;
+        self.taken += passed;
+        if passed < bytes {
+            return Err(self.short(self.taken));
+        }
+        Ok(())
+    }
+
+    /// Makes sure that the picture ends with its last row, if that has been read.
+    ///
+    /// # Errors
+    ///
+    /// If it can't be read or goes on.
+    pub fn finish(mut self) -> Result<(), ImageError> {
+        if self.taken < self.size.pixel_bytes() as u64 {
+            return Ok(());
+        }
+        match peek(&mut self.source).map_err(refused(&self.path, READ))? {
+            None => Ok(()),
+            Some(_) => Err(self.long()),
+        }
+    }
+
+    fn short(&self, found: u64) -> ImageError {
+        let expected = self.size.pixel_bytes() as u64;
+        unlike(
+            &self.path,
+            format!(
+                "this picture ends in row {}: its pixels are {found} bytes instead of {expected}; \
+                 write it again",
+                found / self.size.row_bytes() as u64
+            ),
+        )
+    }
+
+    fn long(&self) -> ImageError {
+        unlike(
+            &self.path,
+            format!(
+                "more follows the {} bytes of the pixels; a picture is written in binary mode (\"wb\"), \
+                 where no line feed becomes two bytes, and has 3 bytes a pixel",
+                self.size.pixel_bytes()
+            ),
+        )
+    }
+}
+
+fn unlike(path: &Path, problem: String) -> ImageError {
+    ImageError::Unlike {
+        path: path.to_owned(),
+        problem,
+    }
+}
+
+/// The next byte, which stays the next.
+fn peek(source: &mut impl BufRead) -> io::Result<Option<u8>> {
+    loop {
+        match source.fill_buf() {
+            Ok(bytes) => return Ok(bytes.first().copied()),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+/// A header being read: `P6`, width, height and 255, each followed by white
+/// space, the last by one character of it. From a `#` to the end of the line all
+/// is a comment and means its line end.
+struct Header<'a, R> {
+    source: R,
+    path: &'a Path,
+    taken: u64,
+}
+
+impl<R: BufRead> Header<'_, R> {
+    fn read(&mut self, size: ImageSize, length: Option<u64>) -> Result<(), ImageError> {
+        let magic = [self.next()?, self.next()?];
+        if magic != [Some(b'P'), Some(b'6')] {
+            return Err(unlike(self.path, foreign(magic)));
+        }
+        let width = self.number("the width")?.0;
+        let height = self.number("the height")?.0;
+        let (depth, end) = self.number("the greatest value")?;
+        if (width, height) != (size.width().into(), size.height().into()) {
+            return Err(unlike(
+                self.path,
+                format!(
+                    "this is not a {} x {} picture but one of {width} x {height}; \
+                     give that size, or name another picture",
+                    size.width(),
+                    size.height()
+                ),
+            ));
+        }
+        if depth != 255 {
+            return Err(unlike(
+                self.path,
+                format!(
+                    "the values of this picture run to {depth} instead of 255; \
+                     write it with one byte a channel, or turn it with pnmdepth 255"
+                ),
+            ));
+        }
+        // Two characters are one line end, unless the length of the file says
+        // that the second is the first pixel's.
+        let pixels = size.pixel_bytes() as u64;
+        let is_pixel = length.is_some_and(|length| length == self.taken + pixels);
+        if end == b'\r' && self.peek()? == Some(b'\n') && !is_pixel {
+            self.next()?;
+        }
+        Ok(())
+    }
+
+    /// A number and the character of white space that ends it.
+    fn number(&mut self, what: &str) -> Result<(u64, u8), ImageError> {
+        let mut byte = self.past_comment()?;
+        while byte.is_some_and(is_white_space) {
+            byte = self.past_comment()?;
+        }
+        let mut value = 0_u64;
+        let mut digits = 0;
+        while let Some(digit) = byte.filter(u8::is_ascii_digit) {
+            value = value
+                .saturating_mul(10)
+                .saturating_add(u64::from(digit - b'0'));
+            digits += 1;
+            byte = self.past_comment()?;
+        }
+        match byte.filter(|&end| digits > 0 && is_white_space(end)) {
+            Some(end) => Ok((value, end)),
+            None => Err(self.broken(what, byte)),
+        }
+    }
+
+    fn broken(&self, expected: &str, found: Option<u8>) -> ImageError {
+        let found = found.map_or_else(
+            || "it ends".to_owned(),
+            |byte| format!("\"{}\" stands there", byte.escape_ascii()),
+        );
+        unlike(
+            self.path,
+            format!(
+                "{expected} is missing in the header of this picture, where {found}; \
+                 a header is P6, width, height and 255 with white space between"
+            ),
+        )
+    }
+
+    /// The next byte; of a comment, the line end.
+    fn past_comment(&mut self) -> Result<Option<u8>, ImageError> {
+        let mut byte = self.next()?;
+        if byte == Some(b'#') {
+            while !matches!(byte, None | Some(b'\n' | b'\r')) {
+                byte = self.next()?;
+            }
+        }
+        Ok(byte)
+    }
+
+    fn next(&mut self) -> Result<Option<u8>, ImageError> {
+        let byte = self.peek()?;
+        if byte.is_some() {
+            self.source.consume(1);
+            self.taken += 1;
+        }
+        Ok(byte)
+    }
+
+    fn peek(&mut self) -> Result<Option<u8>, ImageError> {
+        peek(&mut self.source).map_err(refused(self.path, READ))
+    }
+}
+
+/// What `isspace` of C takes for white space.
+fn is_white_space(byte: u8) -> bool {
+    matches!(byte, b' ' | b'\t'..=b'\r')
+}
+
+/// What begins with these two bytes instead of `P6`.
+fn foreign(magic: [Option<u8>; 2]) -> String {
+    let (found, remedy) = match &magic.map(Option::unwrap_or_default) {
+        _ if magic == [None, None] => ("an empty file", "write the picture again"),
+        b"P3" => ("a PPM in text", "turn it with pnmtopnm"),
+        b"P1" | b"P2" | b"P4" | b"P5" => ("a picture without colour", "write it as P6, in colour"),
+        b"P7" => ("a PAM", "turn it with pamtopnm"),
+        b"\x89P" => ("a PNG", "turn it with pngtopnm"),
+        b"\xff\xd8" => ("a JPEG, whose colours are not exact", "write a PPM"),
+        b"BM" => ("a BMP", "turn it with bmptopnm"),
+        b"GI" => ("a GIF", "turn it with giftopnm"),
+        b"II" | b"MM" => ("a TIFF", "turn it with tifftopnm"),
+        b"VP" => ("a scene", "name the picture second"),
+        _ => ("something else", "write the picture as P6"),
+    };
+    format!("this is {found}, not a binary PPM; {remedy}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn size(width: u32, height: u32) -> ImageSize {
+        ImageSize::new(width, height).expect("a size with pixels")
+    }
+
+    /// What a stream and a file of these bytes are read as.
+    fn read(bytes: &[u8], size: ImageSize) -> [Result<Vec<u8>, String>; 2] {
+        fn all<R: BufRead>(
+            picture: Result<Picture<R>, ImageError>,
+            size: ImageSize,
+        ) -> Result<Vec<u8>, String> {
+            let read = || {
+                let mut picture = picture?;
+                let mut pixels = vec![0; size.pixel_bytes()];
+                picture.read(&mut pixels)?;
+                picture.finish()?;
+                Ok(pixels)
+            };
+            read().map_err(|error: ImageError| error.to_string())
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("picture");
+        std::fs::write(&path, bytes).expect("a file");
+        // A stream that comes byte by byte.
+        let stream = BufReader::with_capacity(1, bytes);
+        [
+            all(Picture::new(stream, &path, size), size),
+            all(Picture::open(&path, size, 0), size),
+        ]
+    }
+
+    #[test]
+    fn headers_of_every_style_begin_the_same_picture() {
+        let pixels: Vec<u8> = (0..12).collect();
+        for header in [
+            "P6\n2 2\n255\n",
+            "P6 2 2 255 ",
+            "P6\r\n2 2\r\n255\r\n",
+            "P6\n# CREATOR: GIMP\n2 2\n255\n",
+            "P6 # one\n#two\n 2#three\n \t2 # four\r255\n",
+            "P6\n\n   2\n\n2\n\n255\n",
+            "P6\x0b2\x0c2\t255\t",
+            "P6\n002 2\n0255\n",
+            "P6\n2 2\n255#no blank needed\n",
+            "P6\n2 2\n255\r",
+        ] {
+            let bytes = [header.as_bytes(), &pixels].concat();
+            for read in read(&bytes, size(2, 2)) {
+                assert_eq!(read.as_ref(), Ok(&pixels), "{header:?}");
+            }
+        }
+    }
+
+    /// A first pixel that looks like the end of a line.
+    #[test]
+    fn the_length_of_a_file_says_where_its_pixels_begin() {
+        let pixels = *b"\n\n\n";
+        for header in ["P6 1 1 255\r", "P6 1 1 255\n", "P6 1 1 255\r\n"] {
+            let [_, file] = read(&[header.as_bytes(), &pixels].concat(), size(1, 1));
+            assert_eq!(file, Ok(pixels.to_vec()), "{header:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_the_picture_is_told_with_a_remedy() {
+        for (bytes, words) in [
+            ("", "an empty file"),
+            ("P", "not a binary PPM"),
+            ("P3\n1 1\n255\n1 2 3\n", "pnmtopnm"),
+            ("P5\n1 1\n255\nx", "without colour"),
+            ("\u{89}PNG\r\n", "something else"),
+            ("VP 1 1 1", "a scene"),
+            (
+                "P6\n1 2\n255\nabcabc",
+                "not a 1 x 1 picture but one of 1 x 2",
+            ),
+            (
+                "P6\n1 99999999999999999999 255\nabc",
+                "18446744073709551615",
+            ),
+            ("P6\n1 1\n65535\nabcabc", "pnmdepth 255"),
+            ("P6\n1 1\n", "the greatest value is missing"),
+            ("P6\n1\n", "the height is missing"),
+            ("P6\n1 x\n255\nabc", "\"x\" stands there"),
+            ("P6\n1 -1\n255\nabc", "\"-\" stands there"),
+            ("P6\n1 1\n255", "it ends"),
+            ("P6\n1 1\n255\nab", "2 bytes instead of 3"),
+            ("P6\n1 1\n255\nabcd", "binary mode"),
+            (
+                "P6\n1 1\n255 # not in a header any more\nabc",
+                "binary mode",
+            ),
+        ] {
+            for read in read(bytes.as_bytes(), size(1, 1)) {
+                let message = read.expect_err(bytes);
+                assert!(message.contains(words), "{bytes:?}: {message}");
+            }
+        }
+    }
+}
