@@ -12,7 +12,15 @@ use sfera::{
     render::{Form, Method},
 };
 
-use super::{generate::Page, statistics};
+use super::{generate::Page, png, statistics};
+
+/// Endings of pictures that are not written. Without them a `.jpg` would hold a
+/// PPM, and nobody be told.
+const OTHER_PICTURES: [&str; 32] = [
+    "avif", "bmp", "dds", "dng", "emf", "eps", "exr", "ff", "gif", "hdr", "heic", "heif", "ico",
+    "jp2", "jpe", "jpeg", "jpg", "jxl", "pam", "pbm", "pcx", "pdf", "pfm", "pgm", "ps", "psd",
+    "qoi", "svg", "tga", "tif", "tiff", "webp",
+];
 
 /// Renders a scene of flat-coloured spheres to a binary PPM, every pixel provably right.
 #[derive(Debug, Parser)]
@@ -31,7 +39,7 @@ pub(crate) struct Job {
     /// The scene, a text file; - for standard input
     pub(crate) scene: PathBuf,
 
-    /// The image to make or replace; - for standard output
+    /// The image to make or replace, as PNG if it ends in .png, else as PPM; - for standard output
     pub(crate) image: PathBuf,
 
     /// Pixels of a row
@@ -163,6 +171,7 @@ impl Job {
                 "--scalar is one of two forms of the methods textbook, geometric and double; add --method, or leave it out",
             );
         }
+        self.check_endings();
         let standard_output = Path::new("-");
         if self.verify && self.scene_is_standard_input() && self.image == standard_output {
             refuse(
@@ -213,6 +222,41 @@ impl Job {
                     self.height
                 ),
             );
+        }
+    }
+
+    /// That no image gets a name that says it is something else.
+    fn check_endings(&self) {
+        let image = (!self.verify).then_some(&self.image);
+        for path in image.into_iter().chain(&self.diff) {
+            let Some(ending) = png::ending(path) else {
+                continue;
+            };
+            if OTHER_PICTURES.contains(&&*ending) {
+                refuse(
+                    ErrorKind::ValueValidation,
+                    format_args!(
+                        "{}: images are written as PPM or PNG, not as {ending}; \
+                         end the name in .png or .ppm, and turn that into {ending} with another program",
+                        path.display()
+                    ),
+                );
+            }
+            if ending == "png" && self.rows.is_some() {
+                refuse(
+                    ErrorKind::ArgumentConflict,
+                    "--rows draws in place, which a PNG can't be; end the name in .ppm, and turn it into PNG when it is complete (pnmtopng)",
+                );
+            }
+            if ending == "png" && self.width.max(self.height) > png::LONGEST_SIDE {
+                refuse(
+                    ErrorKind::ValueValidation,
+                    format_args!(
+                        "a PNG has at most {} rows and columns; end the name in .ppm",
+                        png::LONGEST_SIDE
+                    ),
+                );
+            }
         }
     }
 

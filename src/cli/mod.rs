@@ -5,6 +5,7 @@ mod compare;
 mod difference;
 mod generate;
 mod output;
+mod png;
 pub(crate) mod processor;
 mod progress;
 mod signals;

@@ -9,11 +9,11 @@ use std::{
 
 use sfera::{
     camera::ImageSize,
-    ppm::{self, ImageError, MappedImage, SharedImage},
+    ppm::{self, ImageError, MappedImage, NewFile, SharedImage},
 };
 
 use super::{
-    Failure,
+    Failure, png,
     signals::{self, Interrupts},
     system,
 };
@@ -99,6 +99,7 @@ pub(crate) enum Output {
     Whole(MappedImage),
     InPlace(SharedImage),
     Stream(File, PathBuf, ImageSize),
+    Png(NewFile, PathBuf, ImageSize),
 }
 
 impl Output {
@@ -119,16 +120,20 @@ impl Output {
             }
             return Ok(Self::Stream(stream.try_clone()?, path.clone(), size));
         }
-        let (output, temporary) = if in_place {
+        let (output, temporary) = if png::is_name_of_png(path) {
+            let new = NewFile::create(path)?;
+            let temporary = new.temporary_name().map(Path::to_owned);
+            (Self::Png(new, path.clone(), size), temporary)
+        } else if in_place {
             (Self::InPlace(SharedImage::open(path, size)?), None)
         } else {
             let image = MappedImage::create(path, size)?;
             let temporary = image.temporary_name().map(Path::to_owned);
-            if let Some(temporary) = &temporary {
-                interrupts.remove(temporary)?;
-            }
             (Self::Whole(image), temporary)
         };
+        if let Some(temporary) = &temporary {
+            interrupts.remove(temporary)?;
+        }
         signals::exit_when_lost(
             format!(
                 "sfera: {}: the file was shortened or its disk failed while it was drawn; draw it again\n",
@@ -147,6 +152,12 @@ impl Output {
         match self {
             Self::Whole(image) => Ok(image.draw(draw)?),
             Self::InPlace(image) => Ok(image.draw(rows, draw)?),
+            Self::Png(new, path, size) => {
+                png::write(new.file(), *size, draw).map_err(|error| lost(path, error))
+            }
+            Self::Stream(stream, path, size) if png::is_name_of_png(path) => {
+                png::write(stream, *size, draw).map_err(|error| lost(path, error))
+            }
             Self::Stream(stream, path, size) => {
                 ppm::write_image(stream, *size, draw).map_err(|error| lost(path, error))
             }
@@ -155,9 +166,16 @@ impl Output {
 
     /// Gives the image its name; what was drawn in place or written is there already.
     pub(crate) fn publish(self, interrupts: &Interrupts) -> Result<(), Failure> {
-        if let Self::Whole(image) = self {
-            interrupts.hold();
-            image.publish()?;
+        match self {
+            Self::Whole(image) => {
+                interrupts.hold();
+                image.publish()?;
+            }
+            Self::Png(new, ..) => {
+                interrupts.hold();
+                new.publish()?;
+            }
+            Self::InPlace(_) | Self::Stream(..) => {}
         }
         Ok(())
     }

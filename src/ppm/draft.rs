@@ -28,6 +28,13 @@ impl Draft {
         Ok((file, Self::Named(name)))
     }
 
+    pub(super) fn temporary_name(&self) -> Option<&Path> {
+        match self {
+            Self::Unnamed => None,
+            Self::Named(name) => Some(name),
+        }
+    }
+
     pub(super) fn publish(self, file: &File, target: &Path) -> Result<(), ImageError> {
         let name = match self {
             Self::Named(name) => name,

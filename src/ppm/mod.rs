@@ -13,7 +13,8 @@
 //! | [`SharedImage`] | the file itself, some of its rows | at once; several processes may share it |
 //! | [`write_image`] | a buffer that is written to a stream | as it is drawn |
 //!
-//! [`Picture`] reads one, whoever wrote it.
+//! [`Picture`] reads one, whoever wrote it. [`NewFile`] makes files of other formats
+//! appear as whole.
 //!
 //! A file is mapped a window at a time, so neither the addresses nor the memory
 //! that a picture takes grow with it. Its blocks are reserved first: a full disk
@@ -24,6 +25,7 @@ mod errors;
 mod format;
 mod map;
 mod new;
+mod new_file;
 mod read;
 mod rows;
 mod shared;
@@ -35,6 +37,7 @@ pub use self::{
     errors::ImageError,
     format::header,
     new::MappedImage,
+    new_file::NewFile,
     read::{Picture, row_groups},
     shared::SharedImage,
     stream::write_image,

@@ -1,14 +1,14 @@
 //! A new image, which appears whole under its name.
 
-use std::{fs, ops::Range, path::Path};
+use std::{ops::Range, path::Path};
 
 use super::{
     draft::Draft,
     errors::{ImageError, RESERVE, WRITE, refused},
     format::{file_bytes, header},
+    new_file::NewFile,
     rows::Rows,
     system,
-    target::{follow, may_replace},
 };
 use crate::camera::ImageSize;
 
@@ -46,14 +46,12 @@ impl MappedImage {
     ///
     /// If the image could not be made or replaced there, or there is no room.
     pub fn create(path: &Path, size: ImageSize) -> Result<Self, ImageError> {
-        let target = follow(path)?;
-        may_replace(&target)?;
-        let (file, draft) = Draft::create(&target)?;
-        system::reserve(&file, file_bytes(size)).map_err(refused(&target, RESERVE))?;
+        let NewFile { file, path, draft } = NewFile::create(path)?;
+        system::reserve(&file, file_bytes(size)).map_err(refused(&path, RESERVE))?;
         Ok(Self {
             rows: Rows {
                 file,
-                path: target,
+                path,
                 size,
                 mapped: system::MAPS_FILES,
                 whole: true,
@@ -67,10 +65,7 @@ impl MappedImage {
     /// left behind when the process is killed.
     #[must_use]
     pub fn temporary_name(&self) -> Option<&Path> {
-        match &self.draft {
-            Draft::Unnamed => None,
-            Draft::Named(name) => Some(name),
-        }
+        self.draft.temporary_name()
     }
 
     /// Hands all rows to `draw`, a group at a time, with the bytes of their pixels.
@@ -95,11 +90,8 @@ impl MappedImage {
         // The header comes last: written first, its small page would keep the
         // file's beginning from being had as a huge one.
         system::write_at(&file, header(size).as_bytes(), 0).map_err(refused(&path, WRITE))?;
-        if let Ok(before) = fs::metadata(&path) {
-            system::keep_permissions(&file, &before)
-                .map_err(refused(&path, "keep its permissions"))?;
-        }
-        self.draft.publish(&file, &path)
+        let draft = self.draft;
+        NewFile { file, path, draft }.publish()
     }
 }
 

@@ -1,25 +1,29 @@
 //! The picture that is judged.
 
 use std::{
-    fs::File,
+    fs::{self, File},
     io::{self, BufReader, Read},
     path::Path,
 };
 
 use sfera::{camera::ImageSize, ppm::Picture};
 
-use crate::cli::{Failure, STANDARD_INPUT};
+use crate::cli::{Failure, STANDARD_INPUT, png};
 
 /// A picture that gives its rows from the top.
 pub(super) enum Found {
     File(Picture<BufReader<File>>),
     Stream(Picture<BufReader<Box<dyn Read>>>),
+    Png(Box<png::Picture>),
 }
 
 impl Found {
     /// Opens a file, a pipe, or standard input for `-`, and goes to `row`.
     pub(super) fn open(path: &Path, size: ImageSize, row: u32) -> Result<Self, Failure> {
         if path != Path::new("-") {
+            if is_png(path) {
+                return Ok(Self::Png(Box::new(png::Picture::open(path, size, row)?)));
+            }
             return Ok(Self::File(Picture::open(path, size, row)?));
         }
         let stdin: Box<dyn Read> = Box::new(io::stdin());
@@ -29,17 +33,29 @@ impl Found {
     }
 
     pub(super) fn read(&mut self, pixels: &mut [u8]) -> Result<(), Failure> {
-        Ok(match self {
-            Self::File(picture) => picture.read(pixels),
-            Self::Stream(picture) => picture.read(pixels),
-        }?)
+        match self {
+            Self::File(picture) => picture.read(pixels)?,
+            Self::Stream(picture) => picture.read(pixels)?,
+            Self::Png(picture) => picture.read(pixels)?,
+        }
+        Ok(())
     }
 
     /// That nothing follows the last row.
     pub(super) fn finish(self) -> Result<(), Failure> {
-        Ok(match self {
-            Self::File(picture) => picture.finish(),
-            Self::Stream(picture) => picture.finish(),
-        }?)
+        match self {
+            Self::File(picture) => picture.finish()?,
+            Self::Stream(picture) => picture.finish()?,
+            Self::Png(picture) => picture.finish()?,
+        }
+        Ok(())
     }
+}
+
+/// Whether a file, whatever its name, is a PNG. Of a pipe nothing is taken.
+fn is_png(path: &Path) -> bool {
+    let mut begin = [0; png::SIGNATURE.len()];
+    fs::metadata(path).is_ok_and(|metadata| metadata.is_file())
+        && File::open(path).is_ok_and(|mut file| file.read_exact(&mut begin).is_ok())
+        && begin == png::SIGNATURE
 }
