@@ -1,13 +1,14 @@
-//! Writes every family of scenes to a folder: `make families`; or one uniform
-//! cloud to a file: `cargo bench --bench families -- cloud COUNT FILE`.
+//! Writes every family of scenes to a folder: `make families`; or one scene of a
+//! family to a file: `cargo bench --bench families -- cloud 1e6 FILE`.
 
 use std::{error::Error, fs, path::PathBuf};
 
-use sfera::families::{FAMILIES, cloud};
+use sfera::families::{FAMILIES, Family};
 
 const SEEDS: u64 = 8;
 
-const CLOUD_SEED: u64 = 1;
+/// Of one scene alone.
+const SEED: u64 = 1;
 
 fn main() -> Result<(), Box<dyn Error>> {
     // Cargo passes options of its own, such as --bench.
@@ -15,10 +16,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         .skip(1)
         .filter(|argument| !argument.starts_with("--"))
         .collect();
-    if let [word, count, file] = arguments.as_slice()
-        && word == "cloud"
-    {
-        fs::write(file, cloud(count.parse()?, CLOUD_SEED).to_string())?;
+    if let [name, difficulty, file] = arguments.as_slice() {
+        let named = |family: &&Family| family.name.replace(' ', "-") == *name;
+        let family = FAMILIES.iter().find(named);
+        let family = family.ok_or_else(|| format!("no such family: {name}"))?;
+        fs::write(file, family.scene(difficulty.parse()?, SEED).to_string())?;
         return Ok(());
     }
     let folder = PathBuf::from(arguments.first().map_or("target/families", String::as_str));

@@ -63,7 +63,7 @@ const SCALES: [f64; 14] = {
 };
 
 /// Every family.
-pub const FAMILIES: [Family; 23] = [
+pub const FAMILIES: [Family; 24] = [
     Family {
         name: "far",
         knob: "distance / radius",
@@ -148,6 +148,12 @@ pub const FAMILIES: [Family; 23] = [
         knob: "spheres",
         difficulties: &[10.0, 100.0, 1_000.0],
         draw: frustum,
+    },
+    Family {
+        name: "molecule",
+        knob: "atoms",
+        difficulties: &[10.0, 100.0, 1_000.0],
+        draw: molecule,
     },
     Family {
         name: "among",
@@ -529,6 +535,32 @@ fn frustum(count: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
     });
     let bodies = bodies.collect();
     (viewport(WIDTH as f32, 1.0, 1.0), bodies)
+}
+
+/// A folded chain of atoms with the radii of carbon, nitrogen, oxygen and sulphur in
+/// tenths of a nanometre, each bound to the one before and pushed back where it would
+/// leave the globule, which fills the height of the picture.
+fn molecule(atoms: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
+    const RADII: [f64; 4] = [1.7, 1.55, 1.52, 1.8];
+    const BOND: f64 = 1.45;
+    let globule = 1.3 * atoms.cbrt();
+    let distance = 3.0 * globule + 4.0;
+    let (mut place, mut along) = ([0.0; 3], random.direction());
+    let bodies = (0..atoms as usize).map(|_| {
+        let back = if length(place) > globule { 1.0 } else { 0.0 };
+        let turned = plus(
+            plus(along, random.direction()),
+            times(-back / globule, place),
+        );
+        along = times(length(turned).max(0.1).recip(), turned);
+        place = plus(place, times(BOND, along));
+        Body {
+            centre: plus(place, [0.0, 0.0, distance]),
+            radius: RADII[random.below(4) as usize],
+        }
+    });
+    let bodies = bodies.collect();
+    (viewport(16.0 / 15.0, 0.6, 0.8), bodies)
 }
 
 /// A crowd on all sides of the camera: some before it, some behind, some across its

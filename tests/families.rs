@@ -252,3 +252,23 @@ fn near_ties_are_no_ties() {
         }
     }
 }
+
+#[test]
+fn atoms_of_a_molecule_are_bound_to_the_one_before() {
+    let molecule = family("molecule");
+    for &difficulty in molecule.difficulties {
+        let scene = molecule.scene(difficulty, 1);
+        let spheres: Vec<_> = scene.spheres.iter().collect();
+        assert_eq!(spheres.len() as f64, difficulty);
+        for pair in spheres.windows(2) {
+            let apart = [0, 1, 2].map(|axis| pair[1].centre[axis] - pair[0].centre[axis]);
+            let bond = apart[0].hypot(apart[1]).hypot(apart[2]);
+            assert!(bond < pair[0].radius + pair[1].radius, "{bond}");
+        }
+        assert!(
+            spheres
+                .iter()
+                .all(|sphere| sphere.centre[2] > sphere.radius)
+        );
+    }
+}
