@@ -1,6 +1,6 @@
 # Everything a person or CI runs by name. `make` alone lists it.
 
-.PHONY: help build run test checked fuzz sanitize deny bench chart growth families peers peers-install check cluster-test
+.PHONY: help build run test checked fuzz sanitize deny bench chart growth families peers peers-install splat check cluster-test
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -65,7 +65,7 @@ bench:
 	cargo bench --bench methods --bench engine
 
 ## chart   the charts of the README, measured again; of your own: make chart SCENES="my.txt"
-chart:
+chart: splat
 	cargo bench --bench chart -- $(SCENES)
 
 ## growth  the chart of growth alone; Embree's figures in it are those of the last `make peers`
@@ -82,7 +82,18 @@ peers:
 
 ## peers-install   the peers of `make peers`, from Debian's packages
 peers-install:
-	apt-get install -y gcc g++ libembree-dev libtbb-dev tachyon povray
+	apt-get install -y gcc g++ libembree-dev libtbb-dev tachyon povray python3-venv libegl1 libgl1-mesa-dri
+	python3 -m venv target/peers/python
+	target/peers/python/bin/pip install vtk numpy
+
+## splat   the fastest inexact picture, in C, for 8 lanes and for 16, to target/peers; skipped where it can't be built
+SPLAT := gcc -O3 -ffast-math -fno-finite-math-only -pthread
+splat:
+	@mkdir -p target/peers && rm -f target/peers/splat-8 target/peers/splat-16
+	@! grep -qsw avx2 /proc/cpuinfo || $(SPLAT) -mavx2 -mfma -mbmi -mbmi2 -mpopcnt \
+	    -o target/peers/splat-8 benches/peers/splat.c -lm || echo "skipped: splat with 8 lanes"
+	@! grep -qsw avx512vbmi /proc/cpuinfo || $(SPLAT) -march=native \
+	    -o target/peers/splat-16 benches/peers/splat.c -lm || echo "skipped: splat with 16 lanes"
 
 ## cluster-test   the recipes of tests/cluster on a Slurm of two nodes on this machine, for root on Debian; three minutes
 cluster-test: build

@@ -3,7 +3,7 @@
 //! medians first and then every sample.
 //!
 //! ```text
-//! cargo bench --bench in_memory -- draw SCENE WIDTH HEIGHT [--threads N] [--runs N] [--method M] [--image FILE]
+//! cargo bench --bench in_memory -- draw SCENE WIDTH HEIGHT [--threads N] [--runs N] [--method M] [--ignore-bounds] [--image FILE]
 //! cargo bench --bench in_memory -- read SCENE [--threads N] [--runs N]
 //! ```
 //!
@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use sfera::{
     camera::ImageSize,
     ppm,
-    render::{Form, Method, Renderer},
+    render::{Bounds, Form, Method, Renderer, Tuning},
     scene::Scene,
 };
 
@@ -49,6 +49,10 @@ enum What {
         /// without it the method that sfera uses by default.
         #[arg(long)]
         method: Option<String>,
+        /// Takes what the engine computes for exact, as if nothing were rounded:
+        /// what is left of its time, and how many pixels are wrong.
+        #[arg(long, conflicts_with = "method")]
+        ignore_bounds: bool,
         /// Where to leave the picture, as a binary PPM.
         #[arg(long)]
         image: Option<PathBuf>,
@@ -78,6 +82,7 @@ fn main() -> Result<(), Failure> {
         threads: 1,
         runs: 9,
         method: None,
+        ignore_bounds: false,
         image: None,
     });
     match what {
@@ -88,13 +93,19 @@ fn main() -> Result<(), Failure> {
             threads,
             runs,
             method,
+            ignore_bounds,
             image,
         } => {
             let method = chosen(method.as_deref())?;
+            let bounds = if ignore_bounds {
+                Bounds::Ignored
+            } else {
+                Bounds::Proven
+            };
             let scene = Scene::read(&scene)?;
             let size = ImageSize::new(width, height)?;
             let mut pixels = vec![1; size.pixel_bytes()];
-            pool(threads)?.install(|| draw(&scene, size, method, runs, &mut pixels));
+            pool(threads)?.install(|| draw(&scene, size, (method, bounds), runs, &mut pixels));
             if let Some(image) = image {
                 let mut file = fs::File::create(image)?;
                 file.write_all(ppm::header(size).as_bytes())?;
@@ -147,7 +158,17 @@ fn pool(threads: usize) -> Result<rayon::ThreadPool, Failure> {
 }
 
 /// The first run of the loop wakes the threads and is not counted.
-fn draw(scene: &Scene, size: ImageSize, method: Method, runs: usize, pixels: &mut [u8]) {
+fn draw(
+    scene: &Scene,
+    size: ImageSize,
+    (method, bounds): (Method, Bounds),
+    runs: usize,
+    pixels: &mut [u8],
+) {
+    let tuning = Tuning {
+        bounds,
+        ..Tuning::default()
+    };
     let [mut prepare, mut drawing, mut total, mut fill] = [const { Vec::new() }; 4];
     let piece = pixels
         .len()
@@ -162,7 +183,7 @@ fn draw(scene: &Scene, size: ImageSize, method: Method, runs: usize, pixels: &mu
         let filled = milliseconds(start);
 
         let start = Instant::now();
-        let renderer = Renderer::new(scene, size, method, Form::Packets);
+        let renderer = Renderer::tuned(scene, size, method, Form::Packets, tuning);
         let prepared = milliseconds(start);
         renderer.draw(0..size.height(), pixels, &|_| ());
         black_box(&mut *pixels);

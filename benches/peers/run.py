@@ -7,7 +7,8 @@ target/peers.
 
 In memory: from spheres in memory to RGB in memory, the tree's build included, threads warmed. The programs take turns,
 a few runs each, three times around; the figures are medians of all their runs. Embree's modes are each tried first; its
-best two by build + trace then take their turns, and the better one is reported.
+best two by build + trace then take their turns, and the better one is reported. `splat` is the fastest inexact way we
+know, with 8 and with 16 lanes; `bounds ignored` is sfera's engine that takes what it computes for exact.
 Reading: the reader of sfera against merely reading the text and parsing its numbers with Rust's standard library.
 Whole command: from exec to exit, also in turns, the image file removed before every run.
 Peak memory: of the whole process, the scene's text and the pages of the mapped image among it.
@@ -31,6 +32,9 @@ ROOT = HERE.parent.parent
 WORK = ROOT / "target" / "peers"
 ROUNDS = 3
 BRUTE_FORCE = 4e9  # pixels times spheres, beyond which nobody would
+SCENES = "example,example-8k,cloud-1e2,cloud-1e3,cloud-1e4,cloud-1e5,cloud-1e6,cloud-1e7,"
+SCENES += "frustum-1e2,frustum-1e3,frustum-1e4,frustum-1e5,frustum-1e6,molecule-1e3,molecule-1e4,lattice-54872,"
+SCENES += "floor-1e3,among-1e3,among-1e5"
 LIMIT = 10  # seconds of one picture, beyond which sfera is no more measured
 FLOORS = [f"{size}-{way}" for size in ("truncate", "reserve") for way in ("touch", "populate", "huge")]
 DEBIAN = {
@@ -39,6 +43,8 @@ DEBIAN = {
     "Tachyon": "tachyon",
     "POV-Ray": "povray",
     "floor": "gcc",
+    "splat": "gcc, and a CPU with AVX2",
+    "VTK": "libegl1 libgl1-mesa-dri, and vtk and numpy from PyPI",
 }
 
 
@@ -84,6 +90,11 @@ class Peers:
         self.embree = self.compile("embree", [*cxx, "-lembree4", "-ltbb"]) or self.compile(
             "embree", [*cxx, "-lembree3", "-ltbb"], "Embree"
         )
+        subprocess.run(["make", "splat"], cwd=ROOT, stdout=subprocess.DEVNULL, check=True)
+        self.splats = {lanes: WORK / f"splat-{lanes}" for lanes in (8, 16) if (WORK / f"splat-{lanes}").exists()}
+        if not self.splats:
+            self.skip("splat")
+        self.vtk = self.python_with_vtk()
         self.tachyon = self.find("tachyon", "Tachyon")
         self.povray = self.find("povray", "POV-Ray")
         for line in self.missing:
@@ -105,6 +116,16 @@ class Peers:
         if not path:
             self.skip(peer)
         return path
+
+    def python_with_vtk(self):
+        """The one that `make peers-install` made, or the one that runs this."""
+        for python in (WORK / "python" / "bin" / "python", sys.executable):
+            if shutil.which(python) and not subprocess.run(
+                [python, "-c", "import numpy, vtkmodules"], capture_output=True
+            ).returncode:
+                return python
+        self.skip("VTK")
+        return None
 
     def skip(self, peer):
         self.missing.append(f"skipped: {peer} (Debian: apt-get install {DEBIAN[peer]}, or make peers-install)")
@@ -244,14 +265,21 @@ class Run:
             return json.loads(output([*command, "--runs", each, "--image", image, *more]))
 
         def program(binary, *more, runs=each):
-            lines = output([WORK / binary, scene.path, *size, threads, runs, *more]).splitlines()
-            return [json.loads(line) for line in lines]
+            lines = output([*command_of(binary), scene.path, *size, threads, runs, *more]).splitlines()
+            return [json.loads(line) for line in lines if line.startswith("{")]
+
+        def command_of(binary):
+            return [self.peers.vtk, HERE / "vtk_spheres.py"] if binary == "vtk" else [WORK / binary]
 
         def peak(binary, *more):
-            command = [WORK / binary, scene.path, *size, threads, 1, *more]
+            command = [*command_of(binary), scene.path, *size, threads, 1, *more]
             return json.loads(output([WORK / "measure", 1, 60, image, WORK / "log", "--", *command]))["peak_kib"] / 1024
 
-        turns = {("sfera", "default"): ours} if truth else {}
+        turns = {("sfera", "default"): ours, ("sfera", "bounds ignored"): lambda: ours("--ignore-bounds")} if truth else {}
+        for lanes in self.peers.splats:
+            turns["splat", f"{lanes} lanes"] = lambda lanes=lanes: program(f"splat-{lanes}", image)[0]
+        if self.peers.vtk and scene.count <= 1_000_000:
+            turns["VTK", "sphere mapper"] = lambda: program("vtk", image)[0]
         if scene.count * size[0] * size[1] <= BRUTE_FORCE:
             turns["sfera", "textbook"] = lambda: ours("--method", "textbook")
             if self.peers.openmp:
@@ -286,10 +314,17 @@ class Run:
         best = min((row for row in found if row[1] == "Embree"), default=None)
         for row in found:
             ms, peer, mode, text, errors, runs = row
-            if peer == "sfera" and mode != "default":
+            if peer == "sfera" and mode == "textbook":
                 peer = f"sfera --method {mode}"
+            elif peer == "sfera" and mode != "default":
+                peer = "sfera, inexact"
             if peer != "Embree" or row is best:
-                memory = {"OpenMP": lambda: peak("openmp"), "Embree": lambda: peak("embree", mode)}.get(peer)
+                memory = {
+                    "OpenMP": lambda: peak("openmp"),
+                    "Embree": lambda: peak("embree", mode),
+                    "splat": lambda: peak(f"splat-{mode.split()[0]}"),
+                    "VTK": lambda: peak("vtk"),
+                }.get(peer)
                 self.table.add(case, "in memory", peer, mode, ms, text, memory and memory(), errors, runs)
 
     def whole(self, case, truth):
@@ -396,7 +431,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=9, help="at least so many runs of each (default 9)")
     parser.add_argument("--threads", default=f"1,{min(2, os.cpu_count())}", help="thread counts, by commas")
-    parser.add_argument("--scenes", default="example,example-8k,1e2,1e3,1e4,1e5,1e6,1e7", help="which scenes, by commas")
+    parser.add_argument("--scenes", default=SCENES, help="which scenes, by commas: FAMILY-DIFFICULTY")
     parser.add_argument("--into", type=Path, default=HERE, help="folder of results.md and results.csv")
     arguments = parser.parse_args()
     arguments.date = subprocess.run(["date", "+%F"], capture_output=True, text=True).stdout.strip()
@@ -404,14 +439,12 @@ def main():
     peers = Peers()
     run = Run(peers, arguments.runs)
     for name in arguments.scenes.split(","):
-        if name.startswith("example"):
-            path = ROOT / "scenes" / "example.txt"
-        else:
-            path = WORK / f"cloud-{name}.txt"
-            if not path.exists():
-                output([peers.rust["families"], "cloud", int(float(name)), path])
-        scene = Scene(name.removesuffix("-8k") if name.startswith("example") else f"cloud of {name}", path)
-        scene.name = scene.name.replace(" ", "-")
+        path = ROOT / "scenes" / "example.txt"
+        if not name.startswith("example"):
+            path = WORK / f"{name}.txt"
+            family, difficulty = re.fullmatch(r"(\D+)-(.+)", name).groups()
+            output([peers.rust["families"], family, difficulty, path])
+        scene = Scene(name.removesuffix("-8k"), path)
         size = (7680, 4320) if name.endswith("-8k") else (1920, 1080)
         for threads in arguments.threads.split(","):
             run.case(scene, size, int(threads))
