@@ -11,6 +11,7 @@ mod growth;
 mod measure;
 mod plot;
 mod speed;
+mod splat;
 mod stability;
 
 use std::{
@@ -41,11 +42,22 @@ fn draw_all(folder: &Path) -> Result<(), Box<dyn Error>> {
     fs::create_dir_all(folder)?;
     let example = read(Path::new("scenes/example.txt"))?;
     let far = read(Path::new("scenes/far.txt"))?;
-    let cloud = ("cloud".to_owned(), families::cloud(1_000, 1));
+    let scenes = ["cloud", "molecule", "floor", "among"].map(|name| {
+        let family = families::FAMILIES.into_iter();
+        let mut named = family.filter(|family| family.name == name);
+        // A thousand spheres, or a floor a thousand times as large as what stands on it.
+        named
+            .next()
+            .map(|family| (name.to_owned(), family.scene(1e3, 1)))
+    });
     draw_growth(folder)?;
     difference::draw(&far.1, folder)?;
     stability::draw(folder)?;
-    speed::draw(&[example, far, cloud], folder)?;
+    let scenes: Vec<_> = [example, far]
+        .into_iter()
+        .chain(scenes.into_iter().flatten())
+        .collect();
+    speed::draw(&scenes, folder)?;
     println!("drawn: {}", folder.display());
     Ok(())
 }

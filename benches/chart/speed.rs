@@ -5,13 +5,14 @@ use std::{fmt::Write, fs, path::Path};
 use plotters::{prelude::*, style::text_anchor::HPos};
 use sfera::{
     camera::ImageSize,
-    render::{Form, Method},
+    render::{Bounds, Form, Method, Renderer, Tuning},
     scene::Scene,
 };
 
 use crate::{
     measure::{frame, judge, median, wrong},
     plot::{Area, Decades, Drawn, LARGE, SMALL, WIDTH, mark, name, panel, text},
+    splat,
 };
 
 const COLUMNS: u32 = 1920;
@@ -20,10 +21,60 @@ const ROWS: u32 = 1080;
 /// Of the markers.
 const RADIUS: f64 = 12.0;
 
-/// One method in one form on one scene.
+/// Who draws.
+#[derive(Clone, Copy)]
+enum Painter {
+    Method(Method, Form),
+    /// The engine, as if nothing were rounded.
+    BoundsIgnored,
+    /// The best inexact one, in C.
+    Splat,
+}
+
+impl Painter {
+    fn name(self) -> String {
+        match self {
+            Self::Method(method, _) => method.to_string(),
+            Self::BoundsIgnored => "bounds ignored".to_owned(),
+            Self::Splat => "splat".to_owned(),
+        }
+    }
+
+    fn form(self) -> &'static str {
+        const FLOATS: [Method; 3] = [Method::Textbook, Method::Geometric, Method::Double];
+        match self {
+            Self::Method(method, Form::Scalar) if FLOATS.contains(&method) => "scalar",
+            Self::Method(method, Form::Packets) if FLOATS.contains(&method) => "packets",
+            _ => "one form",
+        }
+    }
+
+    fn mark(self, area: &Area, at: (i32, i32)) -> Drawn {
+        match self {
+            Self::Method(method, form) => mark(area, at, method, form, RADIUS),
+            Self::BoundsIgnored => mark(area, at, Method::Exact, Form::Scalar, RADIUS),
+            Self::Splat => {
+                let side = (0.9 * RADIUS) as i32;
+                let corners = [(at.0 - side, at.1 - side), (at.0 + side, at.1 + side)];
+                area.draw(&Rectangle::new(corners, RGBColor(204, 121, 167).filled()))?;
+                Ok(())
+            }
+        }
+    }
+
+    /// A place in the band of zero for each, so that equal points stand apart.
+    fn zero_row(self) -> f64 {
+        match self {
+            Self::Method(method, _) => zero_row(method),
+            Self::BoundsIgnored => -0.72,
+            Self::Splat => -0.6,
+        }
+    }
+}
+
+/// One painter on one scene.
 struct Point {
-    method: Method,
-    form: Form,
+    painter: Painter,
     milliseconds: f64,
     wrong: usize,
 }
@@ -31,14 +82,6 @@ struct Point {
 impl Point {
     fn per_million(&self) -> f64 {
         self.wrong as f64 * 1e6 / (f64::from(COLUMNS) * f64::from(ROWS))
-    }
-
-    fn form_name(&self) -> &'static str {
-        match (self.method, self.form) {
-            (Method::Textbook | Method::Geometric | Method::Double, Form::Scalar) => "scalar",
-            (Method::Textbook | Method::Geometric | Method::Double, Form::Packets) => "packets",
-            _ => "one form",
-        }
     }
 }
 
@@ -51,15 +94,15 @@ pub(crate) fn draw(scenes: &[(String, Scene)], folder: &Path) -> Drawn {
     );
     let mut measured = Vec::new();
     for (name, scene) in scenes {
-        let (points, floor) = measure(scene)?;
+        let (points, floor) = measure(name, scene)?;
         let spheres = scene.spheres.len();
         println!("{name}, {spheres} spheres, {COLUMNS} x {ROWS}, {threads} threads");
         for point in &points {
-            let method = format!("{:?}", point.method).to_lowercase();
-            let form = point.form_name();
+            let method = point.painter.name();
+            let form = point.painter.form();
             let rate = f64::from(COLUMNS) * f64::from(ROWS) / point.milliseconds / 1e3;
             println!(
-                "  {method:10} {form:9} {:10.2} ms {rate:9.2} Mpixel/s {:8} wrong",
+                "  {method:14} {form:9} {:10.2} ms {rate:9.2} Mpixel/s {:8} wrong",
                 point.milliseconds, point.wrong,
             );
             writeln!(
@@ -83,7 +126,7 @@ pub(crate) fn draw(scenes: &[(String, Scene)], folder: &Path) -> Drawn {
 }
 
 /// All points of a scene, and the milliseconds of filling the memory of a picture.
-fn measure(scene: &Scene) -> Drawn<(Vec<Point>, f64)> {
+fn measure(name: &str, scene: &Scene) -> Drawn<(Vec<Point>, f64)> {
     let size = ImageSize::new(COLUMNS, ROWS)?;
     let both = |method| [Form::Scalar, Form::Packets].map(|form| (method, form));
     let floats = [Method::Textbook, Method::Geometric, Method::Double]
@@ -97,16 +140,39 @@ fn measure(scene: &Scene) -> Drawn<(Vec<Point>, f64)> {
     for (method, form) in floats.chain([(Method::Exact, Form::Packets)]) {
         let time = median(|| frame(scene, size, method, form, &mut pixels));
         points.push(Point {
-            method,
-            form,
+            painter: Painter::Method(method, form),
             milliseconds: time.as_secs_f64() * 1e3,
             wrong: wrong(&pixels, &right),
         });
     }
+    let ignored = Tuning {
+        bounds: Bounds::Ignored,
+        ..Tuning::default()
+    };
+    let time = median(|| {
+        let start = std::time::Instant::now();
+        Renderer::tuned(scene, size, Method::Exact, Form::Packets, ignored).draw(
+            0..size.height(),
+            &mut pixels,
+            &|_| (),
+        );
+        start.elapsed()
+    });
+    points.push(Point {
+        painter: Painter::BoundsIgnored,
+        milliseconds: time.as_secs_f64() * 1e3,
+        wrong: wrong(&pixels, &right),
+    });
+    if let Some((milliseconds, picture)) = splat::measure(name, scene, size)? {
+        points.push(Point {
+            painter: Painter::Splat,
+            milliseconds,
+            wrong: wrong(&picture, &right),
+        });
+    }
     if judge == Method::Reference {
         points.push(Point {
-            method: judge,
-            form: Form::Scalar,
+            painter: Painter::Method(judge, Form::Scalar),
             milliseconds: judged_in.as_secs_f64() * 1e3,
             wrong: 0,
         });
@@ -124,7 +190,7 @@ fn measure(scene: &Scene) -> Drawn<(Vec<Point>, f64)> {
 }
 
 fn plot(measured: &[(String, Vec<Point>, f64)], threads: usize, path: &Path) -> Drawn {
-    const LEGEND: u32 = 150;
+    const LEGEND: u32 = 190;
     const PANEL: u32 = 600;
     let panels_a_row = measured.len().min(3);
     let rows = measured.len().div_ceil(3);
@@ -163,11 +229,11 @@ fn plot(measured: &[(String, Vec<Point>, f64)], threads: usize, path: &Path) -> 
         ))?;
         for point in points {
             let accuracy = match point.wrong {
-                0 => zero_row(point.method),
+                0 => point.painter.zero_row(),
                 _ => point.per_million(),
             };
             let at = chart.backend_coord(&(point.milliseconds, accuracy));
-            mark(&root, at, point.method, point.form, RADIUS)?;
+            point.painter.mark(&root, at)?;
         }
     }
     root.present()?;
@@ -178,10 +244,10 @@ fn plot(measured: &[(String, Vec<Point>, f64)], threads: usize, path: &Path) -> 
 pub(crate) fn zero_row(method: Method) -> f64 {
     match method {
         Method::Textbook => -0.12,
-        Method::Geometric => -0.3,
-        Method::Double => -0.48,
-        Method::Reference => -0.66,
-        _ => -0.82,
+        Method::Geometric => -0.24,
+        Method::Double => -0.36,
+        Method::Reference => -0.48,
+        _ => -0.86,
     }
 }
 
@@ -201,13 +267,25 @@ fn legend(root: &Area, threads: usize) -> Drawn {
         mark(root, (x, 78), method, Form::Packets, RADIUS)?;
         text(root, (x + 30, 78), name(method), SMALL, HPos::Left)?;
     }
+    let inexact = [
+        (
+            110,
+            Painter::Splat,
+            "splat: the fastest inexact way known, in C",
+        ),
+        (770, Painter::BoundsIgnored, "exact with its bounds ignored"),
+    ];
+    for (x, painter, name) in inexact {
+        painter.mark(root, (x, 120))?;
+        text(root, (x + 30, 120), name, SMALL, HPos::Left)?;
+    }
     let notes = [
         (110, "filled: packets of pixels"),
         (560, "hollow: one pixel at a time"),
         (1070, "dashed: filling that memory with one colour"),
     ];
     for (x, note) in notes {
-        text(root, (x, 122), note, SMALL, HPos::Left)?;
+        text(root, (x, 162), note, SMALL, HPos::Left)?;
     }
     Ok(())
 }
