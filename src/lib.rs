@@ -47,13 +47,14 @@
 //!
 //! | step | module | what it does |
 //! | --- | --- | --- |
+//! | names -> messages | [`name`] | shows names without what a terminal obeys |
 //! | memory | `pages` | huge pages, where the system has them |
 //! | spheres | [`spheres`] | the structure of arrays, file order, padded to whole packets |
 //! | text -> scene | [`scene`] | reads the text; a refusal names line and column |
 //! | pixel -> ray | [`camera`] | the one rule, every form of it side by side |
 //! | ray -> colour, in float | [`methods`] | `textbook`, `geometric`, `double`: brute force, scalar and packets |
 //! | ray -> colour, proven | [`exact`] | conics, bins, tiles, packets, decisions |
-//! | colours -> file | [`ppm`] | reserve, map, publish; the only `unsafe`, the mapping |
+//! | colours -> file | [`ppm`] | reserve, map, publish; the library's only `unsafe`, the mapping |
 //! | all of it | [`mod@render`] | bands of rows -> pixels -> bytes |
 //!
 //! Beside the way stand [`reference`](mod@reference): what the picture means,
@@ -69,6 +70,8 @@
 compile_error!(
     "this target rounds floats in other ways than IEEE 754 asks for, so the pictures would be wrong; build for one with SSE2, or for a 64-bit one"
 );
+
+pub mod name;
 
 mod pages;
 

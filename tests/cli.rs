@@ -318,7 +318,7 @@ fn stats_for_scripts_are_one_line_of_json() {
     assert_eq!(ran.stderr.lines().count(), 1);
     let json = ran.stderr.trim();
     for part in [
-        "{\"width\":64,\"height\":48,\"rows\":[8,24],\"spheres\":2,\"method\":\"exact\",\"form\":\"packets\",\"threads\":2,",
+        "{\"width\":64,\"height\":48,\"rows\":[8,24],\"spheres\":2,\"method\":\"exact\",\"form\":\"packets\",\"threads\":",
         "\"milliseconds\":{\"read\":",
         "\"publish\":",
         "\"pixels_per_second\":",

@@ -637,7 +637,9 @@ fn processes_that_make_one_picture_reserve_it_once() {
     let runs: Vec<_> = (0..8)
         .map(|row| {
             let rows = format!("{row}..{}", row + 1);
-            let mut command = shop.sfera(&format!("balls.txt image.ppm 8192 8192 --rows {rows}"));
+            let mut command = shop.sfera(&format!(
+                "balls.txt image.ppm 8192 8192 --rows {rows} --quiet"
+            ));
             command
                 .stderr(Stdio::piped())
                 .spawn()

@@ -1,18 +1,21 @@
 //! The command line.
 
 use std::{
+    io::{self, Write},
     ops::Range,
     path::{Path, PathBuf},
+    process,
     str::FromStr,
 };
 
 use clap::{CommandFactory, Parser, ValueEnum, error::ErrorKind};
 use sfera::{
     camera::ImageSize,
+    name::shown,
     render::{Form, Method},
 };
 
-use super::{generate::Page, png, statistics};
+use super::{Failure, generate::Page, output, png, statistics};
 
 /// Endings of pictures that are not written. Without them a `.jpg` would hold a
 /// PPM, and nobody be told.
@@ -143,7 +146,22 @@ fn side(text: &str) -> Result<u32, String> {
 }
 
 impl Arguments {
-    /// Reads and checks the command line; ends the program with exit code 2 and
+    /// Reads the command line; ends the program with exit code 2 and a message
+    /// when it is wrong, and with 0 when help is asked for and given.
+    pub(crate) fn read() -> Result<Self, Failure> {
+        Self::try_parse().or_else(|answer| {
+            if answer.use_stderr() {
+                answer.exit()
+            }
+            answer
+                .print()
+                .and_then(|()| io::stdout().flush())
+                .map_err(|error| output::lost("-".as_ref(), error))?;
+            process::exit(0)
+        })
+    }
+
+    /// Checks the command line; ends the program with exit code 2 and
     /// a message when it is wrong.
     pub(crate) fn job(&self) -> &Job {
         let Some(job) = &self.job else {
@@ -238,7 +256,7 @@ impl Job {
                     format_args!(
                         "{}: images are written as PPM or PNG, not as {ending}; \
                          end the name in .png or .ppm, and turn that into {ending} with another program",
-                        path.display()
+                        shown(path)
                     ),
                 );
             }

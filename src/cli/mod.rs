@@ -4,6 +4,7 @@ mod arguments;
 mod compare;
 mod difference;
 mod generate;
+mod memory;
 mod output;
 mod png;
 pub(crate) mod processor;
@@ -17,17 +18,17 @@ mod workers;
 use std::{
     fmt,
     io::{self, Write},
-    panic::{self, AssertUnwindSafe},
-    path::Path,
+    panic,
     process::ExitCode,
     sync::Once,
 };
 
-use clap::Parser;
 use sfera::{
     exact,
+    name::printable,
+    ppm::ImageError,
     render::{Counts, Method, Renderer},
-    scene::{Scene, Viewport},
+    scene::{Scene, SceneError, Viewport},
     spheres::Sphere,
 };
 
@@ -35,9 +36,8 @@ use self::{
     arguments::{Arguments, Job, Mode},
     compare::Comparison,
     difference::Marker,
-    output::{Destination, Output},
+    output::{Output, Places},
     progress::Progress,
-    signals::Interrupts,
     statistics::{Clock, Report},
     workers::Workers,
 };
@@ -59,18 +59,30 @@ const EXIT_NOBODY_READS: u8 = 141;
 /// What messages call it.
 const STANDARD_INPUT: &str = "standard input";
 
-impl<E: fmt::Display> From<E> for Failure {
-    fn from(error: E) -> Self {
+/// Only of errors that name the file, and of messages of our own.
+impl From<ImageError> for Failure {
+    fn from(error: ImageError) -> Self {
         Self::Message(error.to_string())
+    }
+}
+
+impl From<SceneError> for Failure {
+    fn from(error: SceneError) -> Self {
+        Self::Message(error.to_string())
+    }
+}
+
+impl From<String> for Failure {
+    fn from(message: String) -> Self {
+        Self::Message(message)
     }
 }
 
 pub(crate) fn main() -> ExitCode {
     report_panics_in_one_line();
     // Before anything that may lack memory.
-    let interrupts = signals::prepare();
-    let arguments = Arguments::parse();
-    match panic::catch_unwind(AssertUnwindSafe(|| run(&arguments, &interrupts?))) {
+    signals::prepare();
+    match panic::catch_unwind(|| run(&Arguments::read()?)) {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(Failure::NobodyReads)) => EXIT_NOBODY_READS.into(),
         Ok(Err(Failure::Message(message))) => {
@@ -81,59 +93,64 @@ pub(crate) fn main() -> ExitCode {
     }
 }
 
-/// A line on standard error; that it can't be written changes nothing.
-pub(crate) fn tell(line: fmt::Arguments<'_>) {
-    let _ = writeln!(io::stderr(), "{}", without_controls(&line.to_string()));
+/// A line on standard error, in one piece: others may write there too. That it
+/// can't be written changes nothing.
+pub(crate) fn tell(text: fmt::Arguments<'_>) {
+    let text = text.to_string();
+    let mut lines: Vec<_> = text
+        .split('\n')
+        .map(|line| printable(line.as_bytes()))
+        .collect();
+    lines.push(String::new());
+    let _ = io::stderr().write_all(lines.join("\n").as_bytes());
 }
 
-/// Names of files may hold what a terminal obeys: it is shown as escapes.
-fn without_controls(text: &str) -> String {
-    let mut shown = String::with_capacity(text.len());
-    for character in text.chars() {
-        match character {
-            '\n' => shown.push(character),
-            // Marks that turn or isolate the direction of what follows.
-            '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => {
-                shown.extend(character.escape_unicode());
-            }
-            _ if character.is_control() => {
-                shown.push_str(&format!("\\x{:02x}", u32::from(character)));
-            }
-            _ => shown.push(character),
-        }
-    }
-    shown
+/// Writes all of a text to standard output.
+fn print(text: &[u8]) -> Result<(), Failure> {
+    let mut stdout = io::stdout();
+    stdout
+        .write_all(text)
+        .and_then(|()| stdout.flush())
+        .map_err(|error| output::lost("-".as_ref(), error))
 }
 
-fn run(arguments: &Arguments, interrupts: &Interrupts) -> Result<(), Failure> {
+fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(page) = arguments.generate {
-        return generate::generate(page).map_err(|error| output::lost("-".as_ref(), error));
+        return print(&generate::page(page));
     }
     let job = arguments.job();
-    let workers = Workers::new(job.threads())?;
+    let workers = Workers::new(job.threads()).map_err(|error| {
+        format!("can't prepare the threads to draw with: {error}; raise the limit on processes (ulimit -u)")
+    })?;
     workers.run(job, || match job.mode() {
-        Mode::Render => render(job, interrupts, &workers),
-        Mode::Verify => verify::verify(job, interrupts),
-        Mode::Compare => compare(job, interrupts),
+        Mode::Render => render(job, &workers),
+        Mode::Verify => verify::verify(job),
+        Mode::Compare => compare(job),
     })
 }
 
 /// The plain job: a scene to an image, or some of its rows.
-fn render(job: &Job, interrupts: &Interrupts, workers: &Workers) -> Result<(), Failure> {
+fn render(job: &Job, workers: &Workers) -> Result<(), Failure> {
     let mut clock = Clock::start();
-    let destination = destination(job)?;
+    let places = Places::of(job)?;
     let scene = read_scene(job)?;
     clock.lap("read");
 
     let (size, rows) = (job.size(), job.rows());
     let renderer = renderer(job, &scene);
-    let mut output = Output::open(&destination, size, job.rows.is_some(), interrupts)?;
+    let mut output = places.open_image(job)?;
+    // Before anything is drawn: it may be refused.
+    let marks = match &places.marks {
+        Some(marks) => Some(Output::open(marks, job)?),
+        None => None,
+    };
     clock.lap("prepare");
 
     let progress = Progress::new(size, rows.len(), job.quiet);
     let mut counts = Counts::default();
     output.draw(rows, |rows, pixels| {
         counts += renderer.draw(rows, pixels, &|drawn| {
+            workers.has_drawn();
             workers.call_if_late();
             progress.advance(drawn);
         });
@@ -141,28 +158,22 @@ fn render(job: &Job, interrupts: &Interrupts, workers: &Workers) -> Result<(), F
     progress.finish();
     clock.lap("render");
 
-    if let Some(marks) = &job.diff {
-        draw_difference(job, marks, &scene, &renderer, interrupts)?;
+    if let Some(marks) = marks {
+        draw_difference(job, marks, &scene, &renderer, &places)?;
     }
-    output.publish(interrupts)?;
+    output.publish(&places)?;
     clock.lap("publish");
     if let Some(style) = job.stats {
         Report {
             job,
             spheres: scene.spheres.len(),
+            threads: workers.that_drew(),
             counts,
             clock: &clock,
         }
         .print(style);
     }
     Ok(())
-}
-
-/// Where the image goes, once it is sure that nothing else is lost there.
-fn destination(job: &Job) -> Result<Destination, Failure> {
-    let destination = Destination::of(&job.image)?;
-    destination.refuse_to_replace(&job.scene)?;
-    Ok(destination)
 }
 
 /// The one place where a scene is read; of some rows, without the spheres that
@@ -197,20 +208,17 @@ fn renderer<'scene>(job: &Job, scene: &'scene Scene) -> Renderer<'scene> {
 /// `--diff`: a second image, of the pixels that the method draws wrong.
 fn draw_difference(
     job: &Job,
-    marks: &Path,
+    mut output: Output,
     scene: &Scene,
     renderer: &Renderer<'_>,
-    interrupts: &Interrupts,
+    places: &Places,
 ) -> Result<(), Failure> {
-    let destination = Destination::of(marks)?;
-    destination.refuse_to_replace(&job.scene)?;
-    let mut output = Output::open(&destination, job.size(), false, interrupts)?;
     let mut marker = Marker::new(scene, job.size());
     output.draw(job.rows(), |rows, pixels| {
         renderer.draw(rows.clone(), pixels, &|_| ());
         marker.mark(rows, pixels);
     })?;
-    output.publish(interrupts)?;
+    output.publish(places)?;
     if !job.quiet {
         tell(format_args!(
             "{} of {} pixels differ from exact",
@@ -222,16 +230,14 @@ fn draw_difference(
 }
 
 /// `--compare`: the exact image, and a table of what the others make of it.
-fn compare(job: &Job, interrupts: &Interrupts) -> Result<(), Failure> {
-    let destination = destination(job)?;
+fn compare(job: &Job) -> Result<(), Failure> {
+    let places = Places::of(job)?;
     let scene = read_scene(job)?;
-    let mut output = Output::open(&destination, job.size(), false, interrupts)?;
+    let mut output = places.open_image(job)?;
     let mut comparison = Comparison::new(&scene, job.size());
     output.draw(job.rows(), |rows, pixels| comparison.draw(&rows, pixels))?;
-    output.publish(interrupts)?;
-    io::stdout()
-        .write_all(comparison.table().as_bytes())
-        .map_err(|error| output::lost("-".as_ref(), error))
+    output.publish(&places)?;
+    print(comparison.table().as_bytes())
 }
 
 /// A panic is a mistake of ours: one line that says so, and no backtrace.

@@ -1,7 +1,7 @@
-//! Where the picture goes.
+//! Where the pictures go.
 
 use std::{
-    fs::{self, File, Metadata, OpenOptions},
+    fs::{self, File, OpenOptions},
     io,
     ops::Range,
     path::{Path, PathBuf},
@@ -9,139 +9,209 @@ use std::{
 
 use sfera::{
     camera::ImageSize,
-    ppm::{self, ImageError, MappedImage, NewFile, SharedImage},
+    name::shown,
+    ppm::{self, ImageError, MappedImage, NewFile, Place, SharedImage},
 };
 
 use super::{
-    Failure, png,
-    signals::{self, Interrupts},
-    system,
+    Failure,
+    arguments::{Job, Mode},
+    png, signals, system,
 };
 
-/// The IMAGE of the command line, before anything is touched.
+/// The files of the command line, and what may not become of them.
+#[derive(Debug)]
+pub(crate) struct Places {
+    /// Files that are read, and what messages call them.
+    inputs: Vec<(PathBuf, &'static str)>,
+    /// The image to be made; none where one that is there is judged.
+    pub(crate) image: Option<Destination>,
+    /// Of `--diff`.
+    pub(crate) marks: Option<Destination>,
+}
+
+impl Places {
+    /// Where the images go, once it is sure that nothing else is lost there.
+    pub(crate) fn of(job: &Job) -> Result<Self, Failure> {
+        let judged = job.mode() == Mode::Verify;
+        let mut inputs = vec![(job.scene.clone(), "the scene itself")];
+        if judged {
+            inputs.push((job.image.clone(), "the picture that is judged"));
+        }
+        let destination = |path, index| Destination::of(path, index).map(Some);
+        let places = Self {
+            inputs,
+            image: if judged {
+                None
+            } else {
+                destination(&*job.image, 0)?
+            },
+            marks: match &job.diff {
+                Some(path) => destination(path, 1)?,
+                None => None,
+            },
+        };
+        places.check()?;
+        Ok(places)
+    }
+
+    /// Opens the image to be made.
+    pub(crate) fn open_image(&self, job: &Job) -> Result<Output, Failure> {
+        match &self.image {
+            Some(image) => Output::open(image, job),
+            None => Err(Failure::Message("--verify makes no image".into())),
+        }
+    }
+
+    /// Refuses images that would overwrite what is read, or one another.
+    fn check(&self) -> Result<(), Failure> {
+        let mut taken = Vec::new();
+        for (path, what) in &self.inputs {
+            taken.extend(place_of_input(path)?.map(|place| (place, *what)));
+        }
+        for destination in [&self.image, &self.marks].into_iter().flatten() {
+            let Some(place) = destination.place()? else {
+                continue;
+            };
+            if let Some((_, what)) = taken.iter().find(|(other, _)| *other == place) {
+                return Err(Failure::Message(format!(
+                    "{}: this is {what}; give the image another name",
+                    shown(&destination.path)
+                )));
+            }
+            taken.push((place, "the other image too"));
+        }
+        Ok(())
+    }
+}
+
+/// An image of the command line, before anything is touched.
 #[derive(Debug)]
 pub(crate) struct Destination {
     path: PathBuf,
-    stream: Option<File>,
+    kind: Kind,
+    /// Of the images of this run.
+    index: usize,
+}
+
+#[derive(Debug)]
+enum Kind {
+    /// To make or replace, or to draw in.
+    File,
+    /// A pipe or a character device: opened when there is something to write.
+    Stream,
+    /// Open already: standard output, or what `/dev/fd/N` names.
+    Descriptor(File),
 }
 
 impl Destination {
-    /// Standard output for `-`; a pipe or a character device is written as a
-    /// stream; everything else is a file to make or replace.
-    pub(crate) fn of(path: &Path) -> Result<Self, Failure> {
-        let stream = if path == Path::new("-") {
-            let stdout = system::stdout().map_err(|error| format!("standard output: {error}"))?;
-            Some(stdout)
+    fn of(path: &Path, index: usize) -> Result<Self, Failure> {
+        let number = if path == Path::new("-") {
+            Some(1)
         } else {
-            match fs::metadata(path) {
-                Ok(metadata) if system::is_stream(&metadata) => Some(
-                    OpenOptions::new()
-                        .write(true)
-                        .open(path)
-                        .map_err(|error| format!("{}: can't open it: {error}", path.display()))?,
-                ),
-                _ => None,
+            system::own_descriptor(path)
+        };
+        let kind = match (number, fs::metadata(path)) {
+            (Some(number), _) => {
+                Kind::Descriptor(system::descriptor(number).map_err(|error| lost(path, error))?)
             }
+            (None, Ok(metadata)) if system::is_stream(&metadata) => {
+                system::may_write(path).map_err(|error| lost(path, error))?;
+                Kind::Stream
+            }
+            // Errors are those of the file that can't be made.
+            _ => Kind::File,
         };
         Ok(Self {
             path: path.to_owned(),
-            stream,
+            kind,
+            index,
         })
     }
 
-    /// Refuses an image that would overwrite the scene it is drawn from.
-    pub(crate) fn refuse_to_replace(&self, scene: &Path) -> Result<(), Failure> {
-        let image = match &self.stream {
-            Some(stream) => stream.metadata(),
-            None => fs::metadata(&self.path),
+    /// What would be lost by writing there; nothing if it is a device.
+    fn place(&self) -> Result<Option<Place>, Failure> {
+        let metadata = match &self.kind {
+            Kind::File => return Ok(Some(Place::of(&self.path)?)),
+            Kind::Stream => fs::metadata(&self.path),
+            Kind::Descriptor(file) => file.metadata(),
         };
-        match (metadata_of_input(scene), image) {
-            (Ok(scene_file), Ok(image)) if is_same(&scene_file, &image) => Err(format!(
-                "{}: this is the scene itself ({}); give the image another name",
-                self.path.display(),
-                scene.display()
-            )
-            .into()),
-            _ => Ok(()),
-        }
-    }
-
-    /// Refuses to mark in the very picture that is judged what is wrong with it.
-    pub(crate) fn refuse_to_replace_picture(&self, picture: &Path) -> Result<(), Failure> {
-        match (metadata_of_input(picture), fs::metadata(&self.path)) {
-            (Ok(picture), Ok(image)) if is_same(&picture, &image) => Err(format!(
-                "{}: this is the picture that is judged; give the one of --diff another name",
-                self.path.display()
-            )
-            .into()),
-            _ => Ok(()),
-        }
+        let metadata = metadata.map_err(|error| unseen(&self.path, error))?;
+        Ok((!system::is_device(&metadata)).then(|| Place::of_file(&metadata)))
     }
 }
 
-/// Of a file that is read, or of standard input for `-`.
-fn metadata_of_input(path: &Path) -> io::Result<Metadata> {
-    if path == Path::new("-") {
-        system::stdin()?.metadata()
+/// The file that is read; none if it is a stream, or not there, which is told when it
+/// is read. `-` is standard input.
+fn place_of_input(path: &Path) -> Result<Option<Place>, Failure> {
+    let metadata = if path == Path::new("-") {
+        system::stdin().and_then(|stdin| stdin.metadata())
     } else {
         fs::metadata(path)
+    };
+    match metadata {
+        Ok(metadata) => Ok(metadata.is_file().then(|| Place::of_file(&metadata))),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(unseen(path, error)),
     }
-}
-
-/// Whether a file that is read is the one to be replaced.
-fn is_same(read: &Metadata, replaced: &Metadata) -> bool {
-    replaced.is_file() && system::is_same(read, replaced)
 }
 
 /// The picture being drawn.
 #[derive(Debug)]
-pub(crate) enum Output {
-    Whole(MappedImage),
+pub(crate) struct Output {
+    path: PathBuf,
+    index: usize,
+    target: Target,
+}
+
+#[derive(Debug)]
+enum Target {
+    Whole(Box<MappedImage>),
     InPlace(SharedImage),
-    Stream(File, PathBuf, ImageSize),
-    Png(NewFile, PathBuf, ImageSize),
+    Png(Box<NewFile>, ImageSize),
+    /// Opened when it is drawn: nobody may read it yet.
+    Stream(Option<File>, ImageSize),
 }
 
 impl Output {
-    pub(crate) fn open(
-        destination: &Destination,
-        size: ImageSize,
-        in_place: bool,
-        interrupts: &Interrupts,
-    ) -> Result<Self, Failure> {
-        let path = &destination.path;
-        if let Some(stream) = &destination.stream {
-            if in_place {
-                return Err(format!(
-                    "{}: this is a stream, and --rows needs a file to draw them in; name a file, or leave --rows out",
-                    path.display()
-                )
-                .into());
-            }
-            return Ok(Self::Stream(stream.try_clone()?, path.clone(), size));
-        }
-        let (output, temporary) = if png::is_name_of_png(path) {
-            let new = NewFile::create(path)?;
-            let temporary = new.temporary_name().map(Path::to_owned);
-            (Self::Png(new, path.clone(), size), temporary)
-        } else if in_place {
-            (Self::InPlace(SharedImage::open(path, size)?), None)
+    pub(crate) fn open(destination: &Destination, job: &Job) -> Result<Self, Failure> {
+        let Destination { path, kind, index } = destination;
+        let size = job.size();
+        let some_rows = job.rows.is_some() && job.mode() == Mode::Render;
+        let watch = if job.quiet {
+            signals::watch_quietly
         } else {
-            let image = MappedImage::create(path, size)?;
-            let temporary = image.temporary_name().map(Path::to_owned);
-            (Self::Whole(image), temporary)
+            signals::watch
         };
-        if let Some(temporary) = &temporary {
-            interrupts.remove(temporary)?;
-        }
-        signals::exit_when_lost(
-            format!(
-                "sfera: {}: the file was shortened or its disk failed while it was drawn; draw it again\n",
-                path.display()
-            ),
-            temporary.as_deref(),
-        )?;
-        Ok(output)
+        let target = match kind {
+            Kind::File if some_rows => {
+                Target::InPlace(SharedImage::open_watched(path, size, watch)?)
+            }
+            Kind::File if png::is_name_of_png(path) => {
+                let new = NewFile::create_watched(path, watch)?;
+                Target::Png(Box::new(new), size)
+            }
+            Kind::File => {
+                let image = MappedImage::create_watched(path, size, watch)?;
+                Target::Whole(Box::new(image))
+            }
+            _ if some_rows => {
+                return Err(Failure::Message(format!(
+                    "{}: this is a stream, and --rows needs a file to draw them in; name a file, or leave --rows out",
+                    shown(path)
+                )));
+            }
+            Kind::Stream => Target::Stream(None, size),
+            Kind::Descriptor(file) => {
+                let file = file.try_clone().map_err(|error| lost(path, error))?;
+                Target::Stream(Some(file), size)
+            }
+        };
+        Ok(Self {
+            path: path.clone(),
+            index: *index,
+            target,
+        })
     }
 
     pub(crate) fn draw(
@@ -149,36 +219,75 @@ impl Output {
         rows: Range<u32>,
         draw: impl FnMut(Range<u32>, &mut [u8]),
     ) -> Result<(), Failure> {
-        match self {
-            Self::Whole(image) => Ok(image.draw(draw)?),
-            Self::InPlace(image) => Ok(image.draw(rows, draw)?),
-            Self::Png(new, path, size) => {
+        let path = &self.path;
+        signals::draws(self.index, path);
+        match &mut self.target {
+            Target::Whole(image) => Ok(image.draw(draw)?),
+            Target::InPlace(image) => Ok(image.draw(rows, draw)?),
+            Target::Png(new, size) => {
                 png::write(new.file(), *size, draw).map_err(|error| lost(path, error))
             }
-            Self::Stream(stream, path, size) if png::is_name_of_png(path) => {
-                png::write(stream, *size, draw).map_err(|error| lost(path, error))
-            }
-            Self::Stream(stream, path, size) => {
-                ppm::write_image(stream, *size, draw).map_err(|error| lost(path, error))
+            Target::Stream(open, size) => {
+                let mut stream = match open.take() {
+                    Some(stream) => stream,
+                    None => OpenOptions::new()
+                        .write(true)
+                        .open(path)
+                        .map_err(|error| lost(path, error))?,
+                };
+                if png::is_name_of_png(path) {
+                    png::write(&mut stream, *size, draw)
+                } else {
+                    ppm::write_image(&mut stream, *size, draw)
+                }
+                .map_err(|error| lost(path, error))
             }
         }
     }
 
     /// Gives the image its name; what was drawn in place or written is there already.
-    pub(crate) fn publish(self, interrupts: &Interrupts) -> Result<(), Failure> {
-        match self {
-            Self::Whole(image) => {
-                interrupts.hold();
-                image.publish()?;
-            }
-            Self::Png(new, ..) => {
-                interrupts.hold();
-                new.publish()?;
-            }
-            Self::InPlace(_) | Self::Stream(..) => {}
+    pub(crate) fn publish(self, places: &Places) -> Result<(), Failure> {
+        if matches!(self.target, Target::InPlace(_) | Target::Stream(..)) {
+            return Ok(());
+        }
+        // The scene may have got this name while the image was drawn.
+        places.check()?;
+        signals::hold();
+        match self.target {
+            Target::Whole(image) => image.publish()?,
+            Target::Png(new, _) => new.publish()?,
+            Target::InPlace(_) | Target::Stream(..) => {}
         }
         Ok(())
     }
+}
+
+/// What messages call a file.
+fn called(path: &Path) -> PathBuf {
+    if path == Path::new("-") {
+        "standard output".into()
+    } else {
+        path.to_owned()
+    }
+}
+
+/// A file that can't be asked what it is.
+fn unseen(path: &Path, error: io::Error) -> Failure {
+    refused(path, "look at it", error)
+}
+
+/// A file that is read without a reader of its own.
+pub(crate) fn unread(path: &Path, error: io::Error) -> Failure {
+    refused(path, "read it", error)
+}
+
+fn refused(path: &Path, action: &'static str, source: io::Error) -> Failure {
+    let path = called(path);
+    Failure::from(ImageError::System {
+        path,
+        action,
+        source,
+    })
 }
 
 /// A stream that takes no more.
@@ -186,14 +295,5 @@ pub(crate) fn lost(path: &Path, error: io::Error) -> Failure {
     if error.kind() == io::ErrorKind::BrokenPipe {
         return Failure::NobodyReads;
     }
-    let error = ImageError::System {
-        path: if path == Path::new("-") {
-            "standard output".into()
-        } else {
-            path.to_owned()
-        },
-        action: "write to it",
-        source: error,
-    };
-    error.into()
+    refused(path, "write to it", error)
 }

@@ -12,6 +12,7 @@ use png::{
 };
 use sfera::{
     camera::{BYTES_PER_PIXEL, ImageSize},
+    name::shown,
     ppm,
 };
 
@@ -77,7 +78,7 @@ pub(crate) struct Picture {
 impl Picture {
     /// Opens the picture of this size and goes to `row`.
     pub(crate) fn open(path: &Path, size: ImageSize, row: u32) -> Result<Self, Failure> {
-        let failure = |what: String| Failure::Message(format!("{}: {what}", path.display()));
+        let failure = |what: String| Failure::Message(format!("{}: {what}", shown(path)));
         let file = File::open(path).map_err(|error| failure(format!("can't open it: {error}")))?;
         let mut decoder = Decoder::new(BufReader::new(file));
         decoder.set_transformations(Transformations::EXPAND);
@@ -122,7 +123,7 @@ impl Picture {
             }
             Ok(None) => Err(Failure::Message(format!(
                 "{}: this picture ends too early; write it again",
-                self.path.display()
+                shown(&self.path)
             ))),
             Err(error) => Err(broken(&self.path, &error)),
         }
@@ -149,7 +150,7 @@ impl Picture {
                 if opaque.first().is_some_and(|&opacity| opacity != 255) {
                     return Err(Failure::Message(format!(
                         "{}: this picture is transparent; write it without an alpha channel",
-                        self.path.display()
+                        shown(&self.path)
                     )));
                 }
             }
@@ -171,6 +172,6 @@ impl Picture {
 fn broken(path: &Path, error: &DecodingError) -> Failure {
     Failure::Message(format!(
         "{}: this PNG can't be read: {error}; write it again",
-        path.display()
+        shown(path)
     ))
 }

@@ -1,6 +1,7 @@
 //! A progress bar, for pictures that take a while and people who watch.
 
 use std::{
+    fmt::Write,
     io::{IsTerminal, stderr},
     sync::{
         OnceLock,
@@ -9,8 +10,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanCount, ProgressBar, ProgressState, ProgressStyle};
 use sfera::camera::ImageSize;
+
+use super::signals;
 
 /// How long a picture may take before it shows.
 const PATIENCE: Duration = Duration::from_millis(500);
@@ -52,12 +55,22 @@ impl Progress {
     }
 
     fn begin(&self) -> ProgressBar {
-        let style = ProgressStyle::with_template(
-            "{bar:40} {percent:>3} %  {human_pos} of {human_len} pixels, {per_sec}, {eta} left",
-        );
+        // At most 80 columns: the bar takes what the figures leave.
+        let style =
+            ProgressStyle::with_template("{wide_bar} {percent:>3} %  {pixels}, {rate}, {eta} left");
         let bar = ProgressBar::new(self.pixels).with_elapsed(self.start.elapsed());
+        signals::bar(true);
         match style {
-            Ok(style) => bar.with_style(style),
+            Ok(style) => bar.with_style(
+                style
+                    .with_key("pixels", |state: &ProgressState, text: &mut dyn Write| {
+                        let (drawn, all) = (state.pos(), state.len().unwrap_or(0));
+                        let _ = write!(text, "{} of {} pixels", short(drawn), short(all));
+                    })
+                    .with_key("rate", |state: &ProgressState, text: &mut dyn Write| {
+                        let _ = write!(text, "{:.1} million/s", state.per_sec() / 1e6);
+                    }),
+            ),
             Err(_) => bar,
         }
     }
@@ -65,6 +78,15 @@ impl Progress {
     pub(crate) fn finish(&self) {
         if let Some(bar) = self.bar.get() {
             bar.finish_and_clear();
+            signals::bar(false);
         }
+    }
+}
+
+/// A number of pixels that takes few columns.
+fn short(pixels: u64) -> String {
+    match pixels {
+        0..10_000_000_000 => HumanCount(pixels).to_string(),
+        _ => format!("{:.3e}", pixels as f64),
     }
 }

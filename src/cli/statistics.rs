@@ -68,6 +68,8 @@ impl Clock {
 pub(crate) struct Report<'run> {
     pub(crate) job: &'run Job,
     pub(crate) spheres: usize,
+    /// That drew.
+    pub(crate) threads: usize,
     pub(crate) counts: Counts,
     pub(crate) clock: &'run Clock,
 }
@@ -121,7 +123,7 @@ impl Report<'_> {
             } else {
                 "packets"
             },
-            rayon::current_num_threads(),
+            self.threads,
         );
         json += &self.clock.json();
         let _ = write!(

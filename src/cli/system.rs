@@ -6,16 +6,11 @@ use std::{
     io,
 };
 
-pub(crate) use self::kind::{is_same, is_stream};
+pub(crate) use self::kind::{descriptor, is_device, is_stream, may_write, own_descriptor};
 
 /// Standard input as a file of its own.
 pub(crate) fn stdin() -> io::Result<File> {
     kind::file_of(&io::stdin())
-}
-
-/// Standard output as a file of its own.
-pub(crate) fn stdout() -> io::Result<File> {
-    kind::file_of(&io::stdout())
 }
 
 /// The CPUs that this process may run on; a quota may allow fewer.
@@ -29,10 +24,13 @@ pub(crate) fn processors() -> usize {
 
 #[cfg(unix)]
 mod kind {
-    use std::os::{
-        fd::AsFd,
-        unix::fs::{FileTypeExt, MetadataExt},
+    use std::{
+        fs,
+        os::{fd::AsFd, unix::fs::FileTypeExt},
+        path::Path,
     };
+
+    use rustix::fs::{Access, AtFlags, CWD};
 
     use super::{File, Metadata, io};
 
@@ -45,15 +43,82 @@ mod kind {
         metadata.file_type().is_char_device() || metadata.file_type().is_fifo()
     }
 
-    /// Whether two files are one, whatever their names.
-    pub(crate) fn is_same(one: &Metadata, other: &Metadata) -> bool {
-        (one.dev(), one.ino()) == (other.dev(), other.ino())
+    /// Whether nothing is lost by writing there.
+    pub(crate) fn is_device(metadata: &Metadata) -> bool {
+        metadata.file_type().is_char_device()
+    }
+
+    /// That a stream may be written, without opening it.
+    pub(crate) fn may_write(path: &Path) -> io::Result<()> {
+        Ok(rustix::fs::accessat(
+            CWD,
+            path,
+            Access::WRITE_OK,
+            AtFlags::EACCESS,
+        )?)
+    }
+
+    /// The descriptor of this process that a path names, as `/dev/stdout` and
+    /// `/dev/fd/3` do. What it is open for must be written through it: its file may
+    /// have lost its name, and hold bytes that are to stay.
+    pub(crate) fn own_descriptor(path: &Path) -> Option<i32> {
+        const MOST_LINKS: u32 = 40;
+        let mut path = path.to_owned();
+        for _ in 0..MOST_LINKS {
+            let next = fs::read_link(&path).ok();
+            if next.is_none() && !(path.starts_with("/dev") || path.starts_with("/proc")) {
+                return None;
+            }
+            let folder = match path.parent()? {
+                folder if folder.as_os_str().is_empty() => Path::new("."),
+                folder => folder,
+            };
+            let folder = fs::canonicalize(folder).ok()?;
+            if is_of_descriptors(&folder) {
+                return path.file_name()?.to_str()?.parse().ok();
+            }
+            path = folder.join(next?);
+        }
+        None
+    }
+
+    /// Whether the names in a directory are this process's descriptors.
+    fn is_of_descriptors(folder: &Path) -> bool {
+        let Ok(own) = fs::canonicalize("/proc/self") else {
+            return folder == Path::new("/dev/fd");
+        };
+        folder == own.join("fd") || folder.starts_with(own.join("task")) && folder.ends_with("fd")
+    }
+
+    /// Another descriptor of what a descriptor of this process is open for.
+    pub(crate) fn descriptor(number: i32) -> io::Result<File> {
+        match number {
+            0 => file_of(&io::stdin()),
+            1 => file_of(&io::stdout()),
+            2 => file_of(&io::stderr()),
+            _ => other_descriptor(number),
+        }
+    }
+
+    #[cfg(target_os = "linux")]
+    fn other_descriptor(number: i32) -> io::Result<File> {
+        use rustix::process::{PidfdFlags, PidfdGetfdFlags, getpid, pidfd_getfd, pidfd_open};
+        let this = pidfd_open(getpid(), PidfdFlags::empty())?;
+        Ok(pidfd_getfd(this, number, PidfdGetfdFlags::empty())?.into())
+    }
+
+    /// Opening its name is the same as copying it there.
+    #[cfg(not(target_os = "linux"))]
+    fn other_descriptor(number: i32) -> io::Result<File> {
+        fs::OpenOptions::new()
+            .write(true)
+            .open(format!("/dev/fd/{number}"))
     }
 }
 
 #[cfg(windows)]
 mod kind {
-    use std::os::windows::io::AsHandle;
+    use std::{os::windows::io::AsHandle, path::Path};
 
     use super::{File, Metadata, io};
 
@@ -66,11 +131,23 @@ mod kind {
         false
     }
 
-    /// Whether two files are one, by the times of their making and changing, which are
-    /// told to a ten-millionth of a second: `std` knows no number of a file.
-    pub(crate) fn is_same(one: &Metadata, other: &Metadata) -> bool {
-        let marks =
-            |file: &Metadata| Some((file.created().ok()?, file.modified().ok()?, file.len()));
-        marks(one).is_some() && marks(one) == marks(other)
+    /// Whether nothing is lost by writing there.
+    pub(crate) fn is_device(_metadata: &Metadata) -> bool {
+        false
+    }
+
+    /// Told when it is written.
+    pub(crate) fn may_write(_path: &Path) -> io::Result<()> {
+        Ok(())
+    }
+
+    /// None has a name.
+    pub(crate) fn own_descriptor(_path: &Path) -> Option<i32> {
+        None
+    }
+
+    /// Standard output alone.
+    pub(crate) fn descriptor(_number: i32) -> io::Result<File> {
+        file_of(&io::stdout())
     }
 }

@@ -2,7 +2,10 @@
 
 use std::{
     fs,
-    sync::{Mutex, PoisonError},
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
     thread,
     time::{Duration, Instant},
 };
@@ -21,6 +24,8 @@ pub(crate) struct Workers {
     waiting: Mutex<Vec<ThreadBuilder>>,
     /// As the command line has it.
     threads: Option<usize>,
+    /// Which threads have drawn something.
+    drew: Vec<AtomicBool>,
 }
 
 /// When work that seemed little turns out not to be.
@@ -43,8 +48,12 @@ impl Workers {
                 Ok(())
             })
             .build()?;
+        let drew = (0..pool.current_num_threads())
+            .map(|_| AtomicBool::new(false))
+            .collect();
         Ok(Self {
             pool,
+            drew,
             start: Instant::now(),
             waiting: Mutex::new(waiting),
             threads,
@@ -59,6 +68,20 @@ impl Workers {
             self.call();
         }
         self.pool.install(run)
+    }
+
+    /// Notes that the calling thread has drawn something.
+    pub(crate) fn has_drawn(&self) {
+        let drew = rayon::current_thread_index().and_then(|index| self.drew.get(index));
+        if let Some(drew) = drew {
+            drew.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// How many threads have drawn something.
+    pub(crate) fn that_drew(&self) -> usize {
+        let drew = self.drew.iter();
+        drew.filter(|drew| drew.load(Ordering::Relaxed)).count()
     }
 
     /// Calls the other threads if the work has lasted long enough for them.

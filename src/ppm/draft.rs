@@ -1,62 +1,96 @@
 //! Where an image is until it has its name.
 
-use std::{fs::File, io, path::Path};
+use std::{
+    fs::File,
+    io,
+    path::{Path, PathBuf},
+};
 
 use tempfile::TempPath;
 
 use super::{
     errors::{ImageError, NAME, refused},
+    event::{Event, Watch},
     system,
-    target::folder_of,
+    target::{Target, folder_of},
 };
 
-/// Where an image is until it has its name.
+/// A file without a name or, where the file system has no such files, with one
+/// that is made up for it.
 #[derive(Debug)]
-pub(super) enum Draft {
-    Unnamed,
-    Named(TempPath),
+pub(super) struct Draft {
+    name: Option<TemporaryName>,
+    watch: Watch,
 }
 
 impl Draft {
-    pub(super) fn create(target: &Path) -> Result<(File, Self), ImageError> {
+    /// Makes a file for `target`; `private` keeps it from all but its owner until
+    /// it has the permissions of the file that it replaces.
+    pub(super) fn create(
+        target: &Path,
+        private: bool,
+        watch: Watch,
+    ) -> Result<(File, Self), ImageError> {
         let folder = folder_of(target);
-        if let Some(file) = system::unnamed_file(folder) {
-            return Ok((file, Self::Unnamed));
+        if let Some(file) = system::unnamed_file(folder, private) {
+            return Ok((file, Self { name: None, watch }));
         }
-        let (file, name) = under_temporary_name(folder, system::new_file)
-            .map_err(refused(target, "make a file in its directory"))?;
-        Ok((file, Self::Named(name)))
+        if system::attributes(folder).append_only {
+            return Err(ImageError::AppendOnlyDirectory {
+                path: target.to_owned(),
+            });
+        }
+        let (file, name) =
+            TemporaryName::make(folder, watch, |path| system::new_file(path, private)).map_err(
+                |error| {
+                    if system::lacks_inodes(folder, &error) {
+                        ImageError::NoInodes {
+                            path: target.to_owned(),
+                        }
+                    } else {
+                        refused(target, "make a file in its directory")(error)
+                    }
+                },
+            )?;
+        let name = Some(name);
+        Ok((file, Self { name, watch }))
     }
 
-    pub(super) fn temporary_name(&self) -> Option<&Path> {
-        match self {
-            Self::Unnamed => None,
-            Self::Named(name) => Some(name),
+    /// Gives the file the name of `target`, in one step. Before that `hand_on`
+    /// makes it like the file that has this name, and tells whether there is one.
+    pub(super) fn publish(
+        self,
+        file: &File,
+        target: &Target,
+        hand_on: impl Fn() -> Result<bool, ImageError>,
+    ) -> Result<(), ImageError> {
+        let path = &target.path;
+        let there = hand_on()?;
+        if let Some(name) = self.name {
+            return name.rename(path);
         }
-    }
-
-    pub(super) fn publish(self, file: &File, target: &Path) -> Result<(), ImageError> {
-        let name = match self {
-            Self::Named(name) => name,
-            Self::Unnamed => match system::link(file, target) {
+        if !there {
+            match system::link(file, path) {
                 Ok(()) => return Ok(()),
-                // Only a rename replaces, and only a name can be renamed.
+                // It has come meanwhile.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-                    under_temporary_name(folder_of(target), |path| system::link(file, path))
-                        .map_err(refused(target, NAME))?
-                        .1
+                    hand_on()?;
                 }
-                Err(error) => return Err(refused(target, NAME)(error)),
-            },
-        };
-        name.persist(target)
-            .map_err(|error| refused(target, NAME)(error.error))
+                Err(error) => return Err(refused(path, NAME)(error)),
+            }
+        }
+        // Only a rename replaces, and only a name can be renamed.
+        let ((), name) =
+            TemporaryName::make(folder_of(path), self.watch, |path| system::link(file, path))
+                .map_err(refused(path, NAME))?;
+        name.rename(path)
     }
 
+    /// Gives the file the name of `target`, unless something has it.
     pub(super) fn publish_if_absent(self, file: &File, target: &Path) -> Result<(), ImageError> {
-        let published = match self {
-            Self::Named(name) => name.persist_noclobber(target).map_err(|error| error.error),
-            Self::Unnamed => system::link(file, target),
+        let published = match self.name {
+            Some(name) => name.rename_if_absent(target),
+            None => system::link(file, target),
         };
         match published {
             Err(error) if error.kind() != io::ErrorKind::AlreadyExists => {
@@ -67,8 +101,67 @@ impl Draft {
     }
 }
 
-/// Makes a file under a name of its own that lives as long as a render, or less.
-fn under_temporary_name<F>(
+/// A name that lives as long as a render, or less.
+#[derive(Debug)]
+struct TemporaryName {
+    path: TempPath,
+    /// Open as long as the name goes through it.
+    _folder: Option<File>,
+}
+
+impl TemporaryName {
+    /// Makes a file under such a name in `folder`.
+    fn make<F>(
+        folder: &Path,
+        watch: Watch,
+        mut make: impl FnMut(&Path) -> io::Result<F>,
+    ) -> io::Result<(F, Self)> {
+        let mut make = |path: &Path| {
+            watch(Event::Temporary(path));
+            make(path)
+        };
+        let made = made_up_name(folder, &mut make);
+        let (made, folder) = match made {
+            // The directory's own name may leave no room for another one in it.
+            Err(error) if error.kind() == io::ErrorKind::InvalidFilename => {
+                let Some((open, short)) = system::short_name(folder) else {
+                    return Err(error);
+                };
+                (made_up_name(&short, &mut make)?, Some(open))
+            }
+            made => (made?, None),
+        };
+        let (file, path) = made;
+        let name = Self {
+            path,
+            _folder: folder,
+        };
+        Ok((file, name))
+    }
+
+    fn rename(self, target: &Path) -> Result<(), ImageError> {
+        let Err(refusal) = self.path.persist(target) else {
+            return Ok(());
+        };
+        let temporary: PathBuf = refusal.path.to_path_buf();
+        Err(match refusal.path.close() {
+            Ok(()) => refused(target, NAME)(refusal.error),
+            Err(_) => ImageError::Stranded {
+                path: target.to_owned(),
+                temporary,
+                source: refusal.error,
+            },
+        })
+    }
+
+    fn rename_if_absent(self, target: &Path) -> io::Result<()> {
+        self.path
+            .persist_noclobber(target)
+            .map_err(|error| error.error)
+    }
+}
+
+fn made_up_name<F>(
     folder: &Path,
     mut make: impl FnMut(&Path) -> io::Result<F>,
 ) -> io::Result<(F, TempPath)> {

@@ -6,39 +6,111 @@ use std::{
 };
 
 use super::system::{reason, remedy};
-use crate::camera::ImageSize;
+use crate::{camera::ImageSize, name::shown};
 
-/// Why an image can't be written or read. The message names the file and what would
-/// mend it.
+/// Why an image can't be written or read. The message names the file and what
+/// would mend it.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImageError {
     /// The name is that of a directory.
-    #[error("{}: this is a directory; name a file in it", path.display())]
+    #[error("{}: this is a directory; name a file in it", shown(path))]
     Directory {
+        /// The name asked for.
+        path: PathBuf,
+    },
+    /// The name is that of a file, but ends as only that of a directory can.
+    #[error(
+        "{}: this is a file, and only the name of a directory ends with a slash; leave the slash out",
+        shown(path)
+    )]
+    TrailingSlash {
         /// The name asked for.
         path: PathBuf,
     },
     /// The name is that of a device, a socket or another thing that can't be
     /// mapped or replaced.
-    #[error("{}: this is neither a file nor a stream; name another file", path.display())]
+    #[error(
+        "{}: this is neither a file nor a stream; name another file",
+        shown(path)
+    )]
     NotAFile {
+        /// The name asked for.
+        path: PathBuf,
+    },
+    /// Some of the symbolic links on the way are followed by the operating system
+    /// to another file than by name: to one that was removed, or of another process.
+    #[error(
+        "{}: its symbolic links lead to a file that has no such name (any more); name the file itself, or write to standard output (-)",
+        shown(path)
+    )]
+    NoSuchName {
         /// The name asked for.
         path: PathBuf,
     },
     /// An image is there already, and may not be written.
     #[error(
         "{}: this file is write-protected, and is left as it is; name another file, or allow it with chmod u+w",
-        path.display()
+        shown(path)
     )]
     WriteProtected {
         /// The name asked for.
         path: PathBuf,
     },
+    /// An image is there already, with an attribute that keeps even its owner and
+    /// root from replacing it.
+    #[error(
+        "{}: this file is kept from being changed by an attribute ({attribute}), and is left as it is; name another file, or take the attribute away with chattr -{attribute}",
+        shown(path)
+    )]
+    Locked {
+        /// The name asked for.
+        path: PathBuf,
+        /// As `chattr` calls it: `i` or `a`.
+        attribute: char,
+    },
+    /// An image is there already, in a directory where only its owner may replace it.
+    #[error(
+        "{}: this file is another user's, in a directory where users may replace only their own (chmod +t); name another file",
+        shown(path)
+    )]
+    OthersFile {
+        /// The name asked for.
+        path: PathBuf,
+    },
+    /// The name is that of a file which is mounted there by itself.
+    #[error(
+        "{}: this file is mounted by itself, as into a container, and can't be replaced; mount its directory instead, or write into it: give the image the name - and redirect standard output to it (>)",
+        shown(path)
+    )]
+    Mounted {
+        /// The name asked for.
+        path: PathBuf,
+    },
+    /// In the directory files can be made, but neither replaced nor removed.
+    #[error(
+        "{}: its directory has an attribute by which files can be added, but not replaced or removed; name a file in another directory, or take the attribute away with chattr -a",
+        shown(path)
+    )]
+    AppendOnlyDirectory {
+        /// The name asked for.
+        path: PathBuf,
+    },
+    /// What is there is not what was there when the drawing began.
+    #[error(
+        "{}: {what} while it was drawn; draw it again, or name another file",
+        shown(path)
+    )]
+    Changed {
+        /// The name asked for.
+        path: PathBuf,
+        /// What happened to it.
+        what: &'static str,
+    },
     /// The file whose rows were to be drawn is not a picture of this size.
     #[error(
         "{}: this file is not a {} x {} picture ({found}), and is left as it is; name another file, or move it away",
-        path.display(), size.width(), size.height()
+        shown(path), size.width(), size.height()
     )]
     OtherPicture {
         /// The file.
@@ -49,15 +121,45 @@ pub enum ImageError {
         found: String,
     },
     /// What was to be read is not a binary PPM of the size asked for.
-    #[error("{}: {problem}", path.display())]
+    #[error("{}: {problem}", shown(path))]
     Unlike {
         /// The file.
         path: PathBuf,
         /// What is wrong with it, and what would mend it.
         problem: String,
     },
+    /// No file can be made, though there is room for bytes.
+    #[error(
+        "{}: can't make a file in its directory: its file system has no inode left; remove some files, or name a file on another file system",
+        shown(path)
+    )]
+    NoInodes {
+        /// The name asked for.
+        path: PathBuf,
+    },
+    /// The image could not be given its name, nor its temporary name be taken away.
+    #[error(
+        "{}: can't give it its name: {}{}; the image is in {}, which can't be removed",
+        shown(path),
+        reason(source),
+        remedy(source),
+        shown(temporary)
+    )]
+    Stranded {
+        /// The name asked for.
+        path: PathBuf,
+        /// The name that it has.
+        temporary: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
     /// The operating system refused.
-    #[error("{}: can't {action}: {}{}", path.display(), reason(source), remedy(source))]
+    #[error(
+        "{}: can't {action}: {}{}",
+        shown(path),
+        reason(source),
+        remedy(source)
+    )]
     System {
         /// The file.
         path: PathBuf,
@@ -68,7 +170,7 @@ pub enum ImageError {
     },
 }
 
-/// Turns an error into one about a file: `.map_err(refused(path, "open it"))`.
+/// Turns an error into one about a file: `.map_err(refused(path, OPEN))`.
 pub(super) fn refused<E: Into<io::Error>>(
     path: &Path,
     action: &'static str,
@@ -81,6 +183,8 @@ pub(super) fn refused<E: Into<io::Error>>(
 }
 
 /// What was refused, in the words of [`ImageError::System`].
+pub(super) const FOLLOW: &str = "follow its symbolic links";
+pub(super) const LOOK: &str = "look at it";
 pub(super) const OPEN: &str = "open it";
 pub(super) const READ: &str = "read it";
 pub(super) const WRITE: &str = "write it";

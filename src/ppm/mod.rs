@@ -18,10 +18,12 @@
 //!
 //! A file is mapped a window at a time, so neither the addresses nor the memory
 //! that a picture takes grow with it. Its blocks are reserved first: a full disk
-//! is an error to report, not a signal to die of.
+//! is an error to report, not a signal to die of. Where the file system can't promise
+//! that, rows are written and not mapped.
 
 mod draft;
 mod errors;
+mod event;
 mod format;
 mod map;
 mod new;
@@ -35,10 +37,12 @@ mod target;
 
 pub use self::{
     errors::ImageError,
+    event::{Event, Watch},
     format::header,
     new::MappedImage,
     new_file::NewFile,
     read::{Picture, row_groups},
     shared::SharedImage,
     stream::write_image,
+    target::Place,
 };

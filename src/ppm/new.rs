@@ -3,10 +3,10 @@
 use std::{ops::Range, path::Path};
 
 use super::{
-    draft::Draft,
     errors::{ImageError, RESERVE, WRITE, refused},
+    event::Watch,
     format::{file_bytes, header},
-    new_file::NewFile,
+    new_file::{Becoming, NewFile},
     rows::Rows,
     system,
 };
@@ -35,7 +35,7 @@ use crate::camera::ImageSize;
 #[derive(Debug)]
 pub struct MappedImage {
     rows: Rows,
-    draft: Draft,
+    becoming: Becoming,
 }
 
 impl MappedImage {
@@ -46,33 +46,37 @@ impl MappedImage {
     ///
     /// If the image could not be made or replaced there, or there is no room.
     pub fn create(path: &Path, size: ImageSize) -> Result<Self, ImageError> {
-        let NewFile { file, path, draft } = NewFile::create(path)?;
-        system::reserve(&file, file_bytes(size)).map_err(refused(&path, RESERVE))?;
+        Self::create_watched(path, size, |_| ())
+    }
+
+    /// As [`create`](Self::create), and tells `watch` of the names that the file
+    /// has until it is published: where the file system has no files without one,
+    /// or another file is replaced.
+    ///
+    /// # Errors
+    ///
+    /// If the image could not be made or replaced there, or there is no room.
+    pub fn create_watched(path: &Path, size: ImageSize, watch: Watch) -> Result<Self, ImageError> {
+        let NewFile { file, becoming } = NewFile::create_watched(path, watch)?;
+        let path = becoming.target.path.clone();
+        let mapped = system::reserve(&file, file_bytes(size)).map_err(refused(&path, RESERVE))?;
         Ok(Self {
             rows: Rows {
                 file,
                 path,
                 size,
-                mapped: system::MAPS_FILES,
+                mapped,
                 whole: true,
             },
-            draft,
+            becoming,
         })
-    }
-
-    /// The name under which the unfinished image can be seen, where the file
-    /// system has no files without one. It is removed when this is dropped, and
-    /// left behind when the process is killed.
-    #[must_use]
-    pub fn temporary_name(&self) -> Option<&Path> {
-        self.draft.temporary_name()
     }
 
     /// Hands all rows to `draw`, a group at a time, with the bytes of their pixels.
     ///
     /// # Errors
     ///
-    /// If the file can't be mapped.
+    /// If the file can't be mapped or written.
     pub fn draw(&mut self, draw: impl FnMut(Range<u32>, &mut [u8])) -> Result<(), ImageError> {
         self.rows.draw(0..self.rows.size.height(), draw)
     }
@@ -82,7 +86,8 @@ impl MappedImage {
     ///
     /// # Errors
     ///
-    /// If the file can't be given its name; what was there before is untouched.
+    /// If the file can't be given its name, or something has that name by now
+    /// which must not be replaced; what was there before is untouched.
     pub fn publish(self) -> Result<(), ImageError> {
         let Rows {
             file, path, size, ..
@@ -90,8 +95,8 @@ impl MappedImage {
         // The header comes last: written first, its small page would keep the
         // file's beginning from being had as a huge one.
         system::write_at(&file, header(size).as_bytes(), 0).map_err(refused(&path, WRITE))?;
-        let draft = self.draft;
-        NewFile { file, path, draft }.publish()
+        let becoming = self.becoming;
+        NewFile { file, becoming }.publish()
     }
 }
 

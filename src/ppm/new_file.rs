@@ -1,15 +1,13 @@
 //! A file of any kind that appears whole under its name.
 
-use std::{
-    fs::{self, File},
-    path::{Path, PathBuf},
-};
+use std::{fs::File, path::Path};
 
 use super::{
     draft::Draft,
     errors::{ImageError, refused},
-    system,
-    target::{follow, may_replace},
+    event::Watch,
+    system::Permissions,
+    target::Target,
 };
 
 /// A file without a name until it is complete, for images of another format.
@@ -30,8 +28,16 @@ use super::{
 #[derive(Debug)]
 pub struct NewFile {
     pub(super) file: File,
-    pub(super) path: PathBuf,
-    pub(super) draft: Draft,
+    pub(super) becoming: Becoming,
+}
+
+/// What a file without a name is to become.
+#[derive(Debug)]
+pub(super) struct Becoming {
+    draft: Draft,
+    pub(super) target: Target,
+    /// Of the file that is to be replaced.
+    permissions: Option<Permissions>,
 }
 
 impl NewFile {
@@ -42,10 +48,32 @@ impl NewFile {
     ///
     /// If the file could not be made or replaced there.
     pub fn create(path: &Path) -> Result<Self, ImageError> {
-        let path = follow(path)?;
-        may_replace(&path)?;
-        let (file, draft) = Draft::create(&path)?;
-        Ok(Self { file, path, draft })
+        Self::create_watched(path, |_| ())
+    }
+
+    /// As [`create`](Self::create), and tells `watch` of the names that the file
+    /// has until it is published: where the file system has no files without one,
+    /// or another file is replaced.
+    ///
+    /// # Errors
+    ///
+    /// If the file could not be made or replaced there.
+    pub fn create_watched(path: &Path, watch: Watch) -> Result<Self, ImageError> {
+        let target = Target::find(path)?;
+        target.may_be_replaced()?;
+        let permissions = match &target.found {
+            Some(found) => Some(Permissions::of(&target.path, found)?),
+            None => None,
+        };
+        let (file, draft) = Draft::create(&target.path, permissions.is_some(), watch)?;
+        Ok(Self {
+            file,
+            becoming: Becoming {
+                draft,
+                target,
+                permissions,
+            },
+        })
     }
 
     /// The file, to be written.
@@ -54,26 +82,31 @@ impl NewFile {
         &self.file
     }
 
-    /// The name under which the unfinished file can be seen, where the file
-    /// system has no files without one. It is removed when this is dropped, and
-    /// left behind when the process is killed.
-    #[must_use]
-    pub fn temporary_name(&self) -> Option<&Path> {
-        self.draft.temporary_name()
-    }
-
     /// Makes the file appear under its name, in one step. A file that was there
     /// is replaced, and hands on its permissions.
     ///
     /// # Errors
     ///
-    /// If the file can't be given its name; what was there before is untouched.
+    /// If the file can't be given its name, or something has that name by now
+    /// which must not be replaced; what was there before is untouched.
     pub fn publish(self) -> Result<(), ImageError> {
-        let Self { file, path, draft } = self;
-        if let Ok(before) = fs::metadata(&path) {
-            system::keep_permissions(&file, &before)
-                .map_err(refused(&path, "keep its permissions"))?;
-        }
-        draft.publish(&file, &path)
+        let Self { file, becoming } = self;
+        let Becoming {
+            draft,
+            target,
+            permissions,
+        } = becoming;
+        draft.publish(&file, &target, || {
+            let there = target.look_again()?;
+            let now = match &there {
+                Some(found) => Some(&Permissions::of(&target.path, found)?),
+                None => permissions.as_ref(),
+            };
+            if let Some(permissions) = now {
+                let kept = permissions.hand_on(&file);
+                kept.map_err(refused(&target.path, "keep its permissions"))?;
+            }
+            Ok(there.is_some())
+        })
     }
 }

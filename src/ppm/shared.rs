@@ -1,8 +1,7 @@
 //! An image of which some rows are drawn in place.
 
 use std::{
-    fs::{File, OpenOptions, TryLockError},
-    io,
+    fs::{self, File, OpenOptions, TryLockError},
     ops::Range,
     path::Path,
     thread,
@@ -11,11 +10,12 @@ use std::{
 
 use super::{
     draft::Draft,
-    errors::{ImageError, OPEN, RESERVE, WRITE, refused},
+    errors::{ImageError, LOOK, OPEN, RESERVE, WRITE, refused},
+    event::{Event, Watch},
     format::{check_picture, file_bytes, header},
     rows::Rows,
     system,
-    target::{folder_of, follow, may_replace},
+    target::{Target, folder_of, if_there},
 };
 use crate::camera::ImageSize;
 
@@ -49,25 +49,31 @@ impl SharedImage {
     ///
     /// If there is something else at `path`, or no room.
     pub fn open(path: &Path, size: ImageSize) -> Result<Self, ImageError> {
-        let target = follow(path)?;
-        may_replace(&target)?;
-        let open = || OpenOptions::new().read(true).write(true).open(&target);
-        let opened = match open() {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                Self::make(&target, size)?;
-                open()
-            }
-            opened => opened,
-        };
-        let file = opened.map_err(refused(&target, OPEN))?;
-        check_picture(&file, &target, size)?;
+        Self::open_watched(path, size, |_| ())
+    }
+
+    /// As [`open`](Self::open), and tells `watch` when another process is waited
+    /// for, and of the name that a new picture has until it is complete.
+    ///
+    /// # Errors
+    ///
+    /// If there is something else at `path`, or no room.
+    pub fn open_watched(path: &Path, size: ImageSize, watch: Watch) -> Result<Self, ImageError> {
+        let mut target = Target::find(path)?;
+        if target.found.is_none() {
+            Self::make(&target.path, size, watch)?;
+            target = Target::find(path)?;
+        }
+        let path = target.path;
+        let file = OpenOptions::new().read(true).write(true).open(&path);
+        let file = file.map_err(refused(&path, OPEN))?;
+        check_picture(&file, &path, size)?;
         // It may have come from elsewhere and have holes.
-        system::fill_holes(&file, file_bytes(size)).map_err(refused(&target, RESERVE))?;
-        let mapped = system::shares_pages(&file);
+        let mapped = system::reserve(&file, file_bytes(size)).map_err(refused(&path, RESERVE))?;
         Ok(Self {
             rows: Rows {
                 file,
-                path: target,
+                path,
                 size,
                 mapped,
                 whole: false,
@@ -77,14 +83,19 @@ impl SharedImage {
 
     /// Makes a black picture appear whole at `path`, unless something else
     /// does meanwhile.
-    fn make(path: &Path, size: ImageSize) -> Result<(), ImageError> {
-        let _turn = turn_to_make(path);
-        if path.exists() {
+    fn make(path: &Path, size: ImageSize, watch: Watch) -> Result<(), ImageError> {
+        let _turn = turn_to_make(path, watch);
+        if is_there(path) {
             return Ok(());
         }
-        let (file, draft) = Draft::create(path)?;
-        system::reserve(&file, file_bytes(size)).map_err(refused(path, RESERVE))?;
+        let (file, draft) = Draft::create(path, false, watch)?;
+        let bytes = file_bytes(size);
+        if !system::reserve(&file, bytes).map_err(refused(path, RESERVE))? {
+            system::write_zeros(&file, bytes).map_err(refused(path, RESERVE))?;
+        }
         system::write_at(&file, header(size).as_bytes(), 0).map_err(refused(path, WRITE))?;
+        // The next process is to draw in it.
+        system::make_writable(&file).map_err(refused(path, "make it writable"))?;
         draft.publish_if_absent(&file, path)
     }
 
@@ -92,27 +103,55 @@ impl SharedImage {
     ///
     /// # Errors
     ///
-    /// If the file can't be mapped or written.
+    /// If the file can't be mapped or written, or has lost its name meanwhile.
     pub fn draw(
         &mut self,
         rows: Range<u32>,
         draw: impl FnMut(Range<u32>, &mut [u8]),
     ) -> Result<(), ImageError> {
-        self.rows.draw(rows, draw)
+        self.rows.draw(rows, draw)?;
+        self.still_has_its_name()
     }
+
+    /// Rows of a file that was removed or replaced are lost.
+    fn still_has_its_name(&self) -> Result<(), ImageError> {
+        let Rows { file, path, .. } = &self.rows;
+        let drawn = file.metadata().map_err(refused(path, LOOK))?;
+        let named = if_there(fs::symlink_metadata(path)).map_err(refused(path, LOOK))?;
+        if named.is_some_and(|named| system::is_same(&named, &drawn)) {
+            return Ok(());
+        }
+        Err(ImageError::Changed {
+            path: path.clone(),
+            what: "the file was removed or replaced",
+        })
+    }
+}
+
+/// Whether making a picture would be in vain; errors show when it is opened.
+fn is_there(path: &Path) -> bool {
+    path.try_exists().unwrap_or(true)
 }
 
 /// A lock on the directory while a shared image is made in it, so that many
 /// processes that start together don't each reserve a whole picture. It only
 /// saves room: without it, or after waiting too long, nothing goes wrong.
-fn turn_to_make(path: &Path) -> Option<File> {
+fn turn_to_make(path: &Path, watch: Watch) -> Option<File> {
     const PATIENCE: Duration = Duration::from_secs(10);
-    let folder = File::open(folder_of(path)).ok()?;
+    /// What is waited in silence.
+    const SOON: Duration = Duration::from_secs(1);
+    let folder = folder_of(path);
+    let lock = File::open(folder).ok()?;
     let start = Instant::now();
+    let mut told = false;
     loop {
-        match folder.try_lock() {
-            Ok(()) => return Some(folder),
-            Err(TryLockError::WouldBlock) if start.elapsed() < PATIENCE && !path.exists() => {
+        match lock.try_lock() {
+            Ok(()) => return Some(lock),
+            Err(TryLockError::WouldBlock) if start.elapsed() < PATIENCE && !is_there(path) => {
+                if !told && start.elapsed() > SOON {
+                    watch(Event::Waiting(folder));
+                    told = true;
+                }
                 thread::sleep(Duration::from_millis(2));
             }
             Err(_) => return None,

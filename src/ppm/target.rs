@@ -2,14 +2,78 @@
 //! replaced.
 
 use std::{
-    fs,
+    ffi::OsString,
+    fs::{self, Metadata},
+    io,
     path::{Path, PathBuf},
 };
 
 use super::{
-    errors::{ImageError, WRITE, refused},
-    system,
+    errors::{FOLLOW, ImageError, LOOK, WRITE, refused},
+    system::{self, Attributes},
 };
+
+/// The name of a file, and what was there.
+#[derive(Debug)]
+pub(super) struct Target {
+    /// Not a symbolic link.
+    pub(super) path: PathBuf,
+    pub(super) found: Option<Metadata>,
+}
+
+impl Target {
+    /// The file that `path` names: where that is a symbolic link, the file at its
+    /// end. It is absent or a plain file that may be written.
+    pub(super) fn find(path: &Path) -> Result<Self, ImageError> {
+        let target = follow(path)?;
+        if let Some(found) = &target.found {
+            may_write(&target.path, found)?;
+        } else if system::names_directory(&target.path) {
+            return Err(ImageError::Directory {
+                path: path.to_owned(),
+            });
+        }
+        Ok(target)
+    }
+
+    /// Refuses a file that can't be replaced, though it may be written.
+    pub(super) fn may_be_replaced(&self) -> Result<(), ImageError> {
+        match &self.found {
+            Some(found) => may_replace(&self.path, found),
+            None => Ok(()),
+        }
+    }
+
+    /// What has the name now, if it may still be replaced. From this look to the
+    /// rename there is a moment that no system call closes.
+    pub(super) fn look_again(&self) -> Result<Option<Metadata>, ImageError> {
+        let path = &self.path;
+        let found = if_there(fs::symlink_metadata(path)).map_err(refused(path, LOOK))?;
+        match &found {
+            Some(found) if found.is_file() => {
+                may_write(path, found)?;
+                may_replace(path, found)?;
+            }
+            Some(_) => {
+                return Err(ImageError::Changed {
+                    path: path.clone(),
+                    what: "something that is not a file took its name",
+                });
+            }
+            None => {}
+        }
+        Ok(found)
+    }
+}
+
+/// Only "not found" means that something is not there.
+pub(super) fn if_there<T>(found: io::Result<T>) -> io::Result<Option<T>> {
+    match found {
+        Ok(found) => Ok(Some(found)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(error),
+    }
+}
 
 pub(super) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
@@ -18,41 +82,120 @@ pub(super) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// The file that a path of symbolic links ends at, whether it is there or not.
-pub(super) fn follow(path: &Path) -> Result<PathBuf, ImageError> {
+/// The file that a path of symbolic links ends at, whether it is there or not:
+/// the same as the operating system finds, or an error.
+fn follow(path: &Path) -> Result<Target, ImageError> {
     /// As many as Linux follows.
     const MOST_LINKS: u32 = 40;
     let mut target = path.to_owned();
-    for _ in 0..MOST_LINKS {
-        match fs::read_link(&target) {
-            Ok(next) => target = folder_of(&target).join(next),
-            // Not a link, or not there.
-            Err(_) => return Ok(target),
+    for _ in 0..=MOST_LINKS {
+        let found = if_there(fs::symlink_metadata(&target)).map_err(|error| {
+            let bare = path.components().as_path();
+            if system::names_directory(path) && fs::metadata(bare).is_ok_and(|file| file.is_file())
+            {
+                ImageError::TrailingSlash {
+                    path: path.to_owned(),
+                }
+            } else {
+                refused(path, LOOK)(error)
+            }
+        })?;
+        if found.as_ref().is_some_and(Metadata::is_symlink) {
+            let next = fs::read_link(&target).map_err(refused(path, FOLLOW))?;
+            target = folder_of(&target).join(next);
+        } else {
+            let right = if_there(fs::metadata(path)).map_err(refused(path, FOLLOW))?;
+            return if found.as_ref().map(system::identity) == right.as_ref().map(system::identity) {
+                Ok(Target {
+                    path: target,
+                    found,
+                })
+            } else {
+                Err(ImageError::NoSuchName {
+                    path: path.to_owned(),
+                })
+            };
         }
     }
-    Err(refused(path, "follow it")(system::too_many_links()))
+    Err(refused(path, FOLLOW)(system::too_many_links()))
 }
 
-/// Refuses what must not be replaced: all but plain files that their permissions
-/// allow to be written.
-pub(super) fn may_replace(target: &Path) -> Result<(), ImageError> {
-    let path = target.to_owned();
-    let Ok(metadata) = fs::metadata(target) else {
-        return if system::names_directory(target) {
-            Err(ImageError::Directory { path })
-        } else {
-            Ok(())
-        };
-    };
-    if metadata.is_dir() {
+/// Refuses all but plain files that their permissions allow to be written.
+fn may_write(path: &Path, found: &Metadata) -> Result<(), ImageError> {
+    let path = path.to_owned();
+    if found.is_dir() {
         return Err(ImageError::Directory { path });
     }
-    if !metadata.is_file() {
+    if !found.is_file() {
         return Err(ImageError::NotAFile { path });
     }
-    match system::may_write(target, &metadata) {
+    let attributes = system::attributes(&path);
+    for (set, attribute) in [(attributes.immutable, 'i'), (attributes.append_only, 'a')] {
+        if set {
+            return Err(ImageError::Locked { path, attribute });
+        }
+    }
+    match system::may_write(&path, found) {
         Ok(true) => Ok(()),
         Ok(false) => Err(ImageError::WriteProtected { path }),
-        Err(error) => Err(refused(target, WRITE)(error)),
+        Err(error) => Err(refused(&path, WRITE)(error)),
+    }
+}
+
+/// Refuses a file that the operating system would not let be replaced, before
+/// anything is drawn.
+fn may_replace(path: &Path, found: &Metadata) -> Result<(), ImageError> {
+    let folder = folder_of(path);
+    let Attributes { mount_root, .. } = system::attributes(path);
+    let path = path.to_owned();
+    if mount_root {
+        return Err(ImageError::Mounted { path });
+    }
+    if system::attributes(folder).append_only {
+        return Err(ImageError::AppendOnlyDirectory { path });
+    }
+    let folder = fs::metadata(folder).map_err(refused(&path, "look at its directory"))?;
+    if system::only_owner_replaces(&folder, found) {
+        return Err(ImageError::OthersFile { path });
+    }
+    Ok(())
+}
+
+/// Which file a name stands for, be it there or not: two names of one file have
+/// equal places.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place(Standing);
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Standing {
+    There(system::Identity),
+    Absent(system::Identity, OsString),
+}
+
+impl Place {
+    /// The place of what would be made or replaced under this name: where it is a
+    /// symbolic link, that is its target.
+    ///
+    /// # Errors
+    ///
+    /// If the file system can't be asked.
+    pub fn of(path: &Path) -> Result<Self, ImageError> {
+        let target = follow(path)?;
+        if let Some(found) = &target.found {
+            return Ok(Self::of_file(found));
+        }
+        let folder = folder_of(&target.path);
+        let folder = fs::metadata(folder).map_err(refused(path, "look at its directory"))?;
+        let name = target.path.file_name().unwrap_or_default();
+        Ok(Self(Standing::Absent(
+            system::identity(&folder),
+            name.to_owned(),
+        )))
+    }
+
+    /// The place of a file that is there.
+    #[must_use]
+    pub fn of_file(metadata: &Metadata) -> Self {
+        Self(Standing::There(system::identity(metadata)))
     }
 }

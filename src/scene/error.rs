@@ -5,6 +5,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use crate::name::{printable, shown};
+
 /// What is wrong with a scene.
 #[derive(Debug)]
 #[non_exhaustive]
@@ -132,7 +134,7 @@ impl SceneError {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(path) = &self.path {
-            write!(f, "{}:", printable(path.as_os_str().as_encoded_bytes()))?;
+            write!(f, "{}:", shown(path))?;
             if let Some(Place { line, column, .. }) = &self.place {
                 write!(f, "{line}:{column}:")?;
             }
@@ -228,29 +230,6 @@ pub(super) fn quoted(word: &[u8]) -> String {
 pub(super) fn quoted_beginning(word: &[u8]) -> String {
     let begin = &word[..word.len().min(LONGEST_QUOTE)];
     format!("\"{}...\"", printable(without_broken_end(begin)))
-}
-
-/// Text as it is where it is printable, a blank for a tab, and escapes for the
-/// rest: what is no UTF-8, controls, and characters that reorder or hide others.
-fn printable(bytes: &[u8]) -> String {
-    let mut text = String::with_capacity(bytes.len());
-    for piece in bytes.utf8_chunks() {
-        for character in piece.valid().chars() {
-            match character {
-                '\t' => text.push(' '),
-                '\'' | '"' | '\\' => text.push(character),
-                '\0' => text.push_str("\\x00"),
-                _ if character.is_ascii_control() => {
-                    text.push_str(&format!("\\x{:02x}", u32::from(character)));
-                }
-                _ => text.extend(character.escape_debug()),
-            }
-        }
-        for byte in piece.invalid() {
-            text.push_str(&format!("\\x{byte:02x}"));
-        }
-    }
-    text
 }
 
 /// What a file that does not begin like a scene begins like.

@@ -6,6 +6,6 @@ mod none;
 mod unix;
 
 #[cfg(not(unix))]
-pub(crate) use self::none::{Interrupts, exit_when_lost, prepare};
+pub(crate) use self::none::{bar, draws, end_with, hold, prepare, watch, watch_quietly};
 #[cfg(unix)]
-pub(crate) use self::unix::{Interrupts, exit_when_lost, prepare};
+pub(crate) use self::unix::{bar, draws, end_with, hold, prepare, watch, watch_quietly};

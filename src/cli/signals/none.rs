@@ -1,25 +1,34 @@
 //! Systems without signals: an interrupt ends the program where it is, and a temporary
 //! file stays behind.
 
-use std::{io, path::Path};
+use std::{
+    io::{self, Write},
+    path::Path,
+    process,
+};
+
+use sfera::ppm::Event;
 
 /// Nothing is done about interrupts.
-#[derive(Debug)]
-pub(crate) struct Interrupts;
+pub(crate) fn prepare() {}
 
-pub(crate) fn prepare() -> io::Result<Interrupts> {
-    Ok(Interrupts)
-}
+/// Nobody would remove what was noted.
+pub(crate) fn watch(_event: Event<'_>) {}
 
-impl Interrupts {
-    pub(crate) fn remove(&self, _temporary: &Path) -> io::Result<()> {
-        Ok(())
-    }
-
-    pub(crate) fn hold(&self) {}
-}
+/// As `watch`, in silence.
+pub(crate) fn watch_quietly(_event: Event<'_>) {}
 
 /// Nobody can shorten a file that is mapped here.
-pub(crate) fn exit_when_lost(_message: String, _temporary: Option<&Path>) -> io::Result<()> {
-    Ok(())
+pub(crate) fn draws(_index: usize, _path: &Path) {}
+
+/// There is nothing to hold.
+pub(crate) fn hold() {}
+
+/// It stays where it is.
+pub(crate) fn bar(_shown: bool) {}
+
+/// Ends the program with a message and an exit code.
+pub(crate) fn end_with(message: &[u8], code: i32) -> ! {
+    let _ = io::stderr().write_all(message);
+    process::exit(code)
 }

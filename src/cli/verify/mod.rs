@@ -28,22 +28,25 @@ use super::{
     Failure, STANDARD_INPUT,
     arguments::Job,
     difference::mark,
-    output::{Destination, Output},
+    output::{self, Output, Places},
     progress::Progress,
-    signals::Interrupts,
     statistics::Clock,
 };
 
 /// Draws the rows again, in memory, compares them with those of the picture, and
 /// tells what differs.
-pub(crate) fn verify(job: &Job, interrupts: &Interrupts) -> Result<(), Failure> {
+pub(crate) fn verify(job: &Job) -> Result<(), Failure> {
     let mut clock = Clock::start();
+    let places = Places::of(job)?;
     let (scene, text) = read_scene(job)?;
     clock.lap("read");
     let renderer = super::renderer(job, &scene);
-    let tally = match &job.diff {
+    let tally = match &places.marks {
         None => compare(job, &renderer)?,
-        Some(marks) => compare_and_mark(job, &renderer, marks, interrupts)?,
+        Some(marks) => {
+            let output = Output::open(marks, job)?;
+            compare_and_mark(job, &renderer, output, &places)?
+        }
     };
     clock.lap("compare");
     let judgement = Judgement::of(job, &scene, &text, &tally);
@@ -69,10 +72,14 @@ fn read_scene(job: &Job) -> Result<(Scene, SceneText<'_>), Failure> {
     let path = &*job.scene;
     let mut bytes = Vec::new();
     let name = if job.scene_is_standard_input() {
-        io::stdin().read_to_end(&mut bytes)?;
+        io::stdin()
+            .read_to_end(&mut bytes)
+            .map_err(|error| output::unread(STANDARD_INPUT.as_ref(), error))?;
         STANDARD_INPUT.as_ref()
     } else if fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir()) {
-        File::open(path)?.read_to_end(&mut bytes)?;
+        File::open(path)
+            .and_then(|mut file| file.read_to_end(&mut bytes))
+            .map_err(|error| output::unread(path, error))?;
         path
     } else {
         return Ok((Scene::read(path)?, SceneText::File(path)));
@@ -117,17 +124,13 @@ fn compare(job: &Job, renderer: &Renderer<'_>) -> Result<Tally, Failure> {
 fn compare_and_mark(
     job: &Job,
     renderer: &Renderer<'_>,
-    marks: &Path,
-    interrupts: &Interrupts,
+    mut output: Output,
+    places: &Places,
 ) -> Result<Tally, Failure> {
     let size = job.size();
-    let destination = Destination::of(marks)?;
-    destination.refuse_to_replace(&job.scene)?;
-    destination.refuse_to_replace_picture(&job.image)?;
     let progress = Progress::new(size, size.height() as usize, job.quiet);
     let mut picture = Found::open(&job.image, size, 0)?;
     let mut tally = Tally::new(size, job.rows());
-    let mut output = Output::open(&destination, size, false, interrupts)?;
     let mut right = Vec::new();
     let mut unread = None;
     output.draw(job.rows(), |rows, pixels| {
@@ -148,7 +151,7 @@ fn compare_and_mark(
         return Err(error);
     }
     picture.finish()?;
-    output.publish(interrupts)?;
+    output.publish(places)?;
     Ok(tally)
 }
 

@@ -1,12 +1,9 @@
 //! The verdict, as text for people and as JSON for scripts.
 
-use std::{
-    fmt::Write as _,
-    io::{self, Write as _},
-    path::Path,
-};
+use std::{fmt::Write as _, path::Path};
 
 use sfera::{
+    name::shown,
     nearness::{Cause, Verdict},
     spheres::Rgb,
 };
@@ -19,7 +16,7 @@ use super::{
 use crate::cli::{
     Failure, STANDARD_INPUT,
     arguments::Job,
-    output,
+    print,
     statistics::{Clock, Style},
     tell,
 };
@@ -46,9 +43,7 @@ pub(super) fn report(findings: &Findings<'_>) -> Result<(), Failure> {
     }
     let marks_there = job.diff.as_deref() == Some(Path::new("-"));
     if !job.quiet && !marks_there {
-        io::stdout()
-            .write_all(findings.text().as_bytes())
-            .map_err(|error| output::lost("-".as_ref(), error))?;
+        print(findings.text().as_bytes())?;
     }
     if job.stats.is_some() {
         tell(format_args!("{}", findings.clock.text().trim_end()));
@@ -64,7 +59,7 @@ impl Findings<'_> {
         if self.job.image == Path::new("-") {
             STANDARD_INPUT.into()
         } else {
-            self.job.image.display().to_string()
+            shown(&self.job.image)
         }
     }
 

@@ -1,16 +1,26 @@
-//! Linux: files without a name, and file systems by their numbers.
+//! Linux: files without a name, attributes of inodes, file systems by their numbers.
 
-use std::{fs::File, io, os::fd::AsRawFd, path::Path};
+use std::{
+    fs::File,
+    io,
+    os::fd::AsRawFd,
+    path::{Path, PathBuf},
+};
 
-use rustix::fs::{Access, AtFlags, CWD, Mode, OFlags};
+use rustix::{
+    fs::{Access, AtFlags, CWD, FallocateFlags, Mode, OFlags, StatxAttributes, StatxFlags},
+    io::Errno,
+};
+
+use super::{Attributes, unix::mode_of_new};
 
 /// A file without a name, on the file system of `folder`; none where there are
 /// no such files, or no way to name one later.
-pub(in crate::ppm) fn unnamed_file(folder: &Path) -> Option<File> {
+pub(in crate::ppm) fn unnamed_file(folder: &Path, private: bool) -> Option<File> {
     let file = rustix::fs::open(
         folder,
         OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC,
-        Mode::from_raw_mode(0o666),
+        Mode::from_raw_mode(mode_of_new(private)),
     );
     let file = File::from(file.ok()?);
     // Without /proc there would be no way to give it a name.
@@ -34,19 +44,48 @@ pub(in crate::ppm) fn link(file: &File, name: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Whether all processes that map a file see the same pages of it. On network
-/// file systems they may not: a machine that writes a page back overwrites what
-/// another wrote into the rest of it. There rows are written, to the byte.
-pub(in crate::ppm) fn shares_pages(file: &File) -> bool {
-    const LOCAL: [u32; 8] = [
-        0xef53,      // ext2, ext3, ext4
-        0x0102_1994, // tmpfs
-        0x5846_5342, // xfs
-        0x9123_683e, // btrfs
-        0x794c_7630, // overlayfs
-        0x2fc1_2fc1, // zfs
-        0xf2f5_2010, // f2fs
-        0xca45_1a4e, // bcachefs
-    ];
-    rustix::fs::fstatfs(file).is_ok_and(|system| LOCAL.contains(&(system.f_type as u32)))
+/// The directory, open, and a short name for it that lasts as long.
+pub(in crate::ppm) fn short_name(folder: &Path) -> Option<(File, PathBuf)> {
+    let flags = OFlags::PATH | OFlags::DIRECTORY | OFlags::CLOEXEC;
+    let open = rustix::fs::open(folder, flags, Mode::empty()).ok()?;
+    let open = File::from(open);
+    let short = PathBuf::from(descriptor_path(&open));
+    short.exists().then_some((open, short))
+}
+
+/// None where they can't be asked: the system refuses later what they forbid.
+pub(in crate::ppm) fn attributes(path: &Path) -> Attributes {
+    let flags = AtFlags::SYMLINK_NOFOLLOW;
+    let Ok(found) = rustix::fs::statx(CWD, path, flags, StatxFlags::empty()) else {
+        return Attributes::default();
+    };
+    let set = |attribute| found.stx_attributes.contains(attribute);
+    Attributes {
+        immutable: set(StatxAttributes::IMMUTABLE),
+        append_only: set(StatxAttributes::APPEND),
+        mount_root: set(StatxAttributes::MOUNT_ROOT),
+    }
+}
+
+/// Reserves the bytes of a file. Whether nothing but the blocks that it has then is
+/// needed to store into it.
+pub(super) fn allocate(file: &File, bytes: u64) -> Result<bool, Errno> {
+    let (keeps_blocks, flags) = match file_system(file) {
+        EXT | TMPFS | F2FS => (true, FallocateFlags::empty()),
+        // Blocks that it shares with a copy would be made anew.
+        XFS => (true, FallocateFlags::UNSHARE_RANGE),
+        _ => (false, FallocateFlags::empty()),
+    };
+    rustix::fs::fallocate(file, flags, 0, bytes)?;
+    Ok(keeps_blocks)
+}
+
+const EXT: u32 = 0xef53; // ext2, ext3 and ext4
+const TMPFS: u32 = 0x0102_1994;
+const F2FS: u32 = 0xf2f5_2010;
+const XFS: u32 = 0x5846_5342;
+
+/// The kind of file system that a file is on; 0 if it can't be asked.
+fn file_system(file: &File) -> u32 {
+    rustix::fs::fstatfs(file).map_or(0, |system| system.f_type as u32)
 }

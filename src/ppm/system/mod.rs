@@ -1,12 +1,16 @@
 //! What the operating system is asked for, beside what `std` can ask. Nothing
 //! else in this folder is of one kind of system.
 
+#[cfg(unix)]
+mod extended;
 #[cfg(target_os = "linux")]
 mod linux;
 #[cfg(not(target_os = "linux"))]
 mod named;
 #[cfg(not(unix))]
 mod other;
+#[cfg(unix)]
+mod permissions;
 #[cfg(unix)]
 mod unix;
 
@@ -17,20 +21,33 @@ use std::{
 };
 
 #[cfg(target_os = "linux")]
-pub(super) use self::linux::{link, shares_pages, unnamed_file};
+pub(super) use self::linux::{attributes, link, short_name, unnamed_file};
 #[cfg(not(target_os = "linux"))]
-pub(super) use self::named::{link, shares_pages, unnamed_file};
+pub(super) use self::named::{attributes, link, short_name, unnamed_file};
 #[cfg(not(unix))]
 use self::other as kind;
+#[cfg(not(unix))]
+pub(super) use self::other::Permissions;
+#[cfg(unix)]
+pub(super) use self::permissions::Permissions;
 #[cfg(unix)]
 use self::unix as kind;
 
 pub(super) use kind::{
-    fill_holes, keep_permissions, may_write, new_file, read_at, reserve, too_many_links, write_at,
+    Identity, identity, is_same, lacks_inodes, make_writable, may_write, new_file,
+    only_owner_replaces, read_at, reserve, too_many_links, write_at,
 };
 
-/// Whether files can be mapped.
-pub(super) const MAPS_FILES: bool = cfg!(any(unix, windows));
+/// What an inode is beside its permissions.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Attributes {
+    /// `chattr +i`
+    pub(super) immutable: bool,
+    /// `chattr +a`
+    pub(super) append_only: bool,
+    /// Something is mounted there.
+    pub(super) mount_root: bool,
+}
 
 /// Whether a name ends as only that of a directory can.
 pub(super) fn names_directory(path: &Path) -> bool {
@@ -38,7 +55,8 @@ pub(super) fn names_directory(path: &Path) -> bool {
     last.is_some_and(|&byte| path::is_separator(char::from(byte)))
 }
 
-fn write_zeros(mut file: &File, bytes: u64) -> io::Result<()> {
+/// Fills a new file with zeros.
+pub(super) fn write_zeros(mut file: &File, bytes: u64) -> io::Result<()> {
     let zeros = vec![0; 1 << 20];
     let mut left = bytes;
     while left > 0 {

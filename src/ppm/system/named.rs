@@ -1,10 +1,16 @@
 //! Systems where an unfinished file needs a name. (Some have others, but no way to give
 //! them a name later.)
 
-use std::{fs::File, io, path::Path};
+use std::{
+    fs::File,
+    io,
+    path::{Path, PathBuf},
+};
+
+use super::Attributes;
 
 /// No file without a name.
-pub(in crate::ppm) fn unnamed_file(_folder: &Path) -> Option<File> {
+pub(in crate::ppm) fn unnamed_file(_folder: &Path, _private: bool) -> Option<File> {
     None
 }
 
@@ -13,7 +19,12 @@ pub(in crate::ppm) fn link(_file: &File, _name: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-/// Not known, so rows are written, to the byte.
-pub(in crate::ppm) fn shares_pages(_file: &File) -> bool {
-    false
+/// Names are as long as they are.
+pub(in crate::ppm) fn short_name(_folder: &Path) -> Option<(File, PathBuf)> {
+    None
+}
+
+/// They are not asked: the system refuses later what they forbid.
+pub(in crate::ppm) fn attributes(_path: &Path) -> Attributes {
+    Attributes::default()
 }

@@ -4,12 +4,13 @@ use std::{
     fs::{self, File, OpenOptions},
     io::{self, Read, Seek, SeekFrom, Write},
     path::Path,
+    time::SystemTime,
 };
 
-use super::write_zeros;
+use crate::ppm::ImageError;
 
 /// Makes a file that was not there.
-pub(in crate::ppm) fn new_file(path: &Path) -> io::Result<File> {
+pub(in crate::ppm) fn new_file(path: &Path, _private: bool) -> io::Result<File> {
     OpenOptions::new()
         .read(true)
         .write(true)
@@ -40,23 +41,58 @@ pub(in crate::ppm) fn too_many_links() -> io::Error {
 }
 
 /// There is nothing to hand on: a file that is protected is not replaced.
-pub(in crate::ppm) fn keep_permissions(_file: &File, _before: &fs::Metadata) -> io::Result<()> {
-    Ok(())
-}
+#[derive(Debug)]
+pub(in crate::ppm) struct Permissions;
 
-/// Reserves every block of a new file. Windows does so for the length of a file;
-/// elsewhere zeros are written.
-pub(in crate::ppm) fn reserve(file: &File, bytes: u64) -> io::Result<()> {
-    if cfg!(windows) {
-        file.set_len(bytes)
-    } else {
-        write_zeros(file, bytes)
+impl Permissions {
+    pub(in crate::ppm) fn of(_path: &Path, _metadata: &fs::Metadata) -> Result<Self, ImageError> {
+        Ok(Self)
+    }
+
+    pub(in crate::ppm) fn hand_on(&self, _file: &File) -> io::Result<()> {
+        Ok(())
     }
 }
 
-/// There is no asking for them.
-pub(in crate::ppm) fn fill_holes(_file: &File, _bytes: u64) -> io::Result<()> {
+/// A new file can be written.
+pub(in crate::ppm) fn make_writable(_file: &File) -> io::Result<()> {
     Ok(())
+}
+
+/// Not known.
+pub(in crate::ppm) fn lacks_inodes(_folder: &Path, _error: &io::Error) -> bool {
+    false
+}
+
+/// There are no such directories.
+pub(in crate::ppm) fn only_owner_replaces(_folder: &fs::Metadata, _file: &fs::Metadata) -> bool {
+    false
+}
+
+/// What tells a file from others: the times of its making and changing, which are told
+/// to a ten-millionth of a second, and its length. `std` knows no number of a file.
+pub(in crate::ppm) type Identity = (Option<SystemTime>, Option<SystemTime>, u64);
+
+pub(in crate::ppm) fn identity(metadata: &fs::Metadata) -> Identity {
+    (
+        metadata.created().ok(),
+        metadata.modified().ok(),
+        metadata.len(),
+    )
+}
+
+/// Whether two files are one, of which one may be written just now.
+pub(in crate::ppm) fn is_same(one: &fs::Metadata, other: &fs::Metadata) -> bool {
+    (one.created().ok(), one.len()) == (other.created().ok(), other.len())
+}
+
+/// Reserves every block of a new file, as Windows does for the length of a file. Whether
+/// it may be mapped then.
+pub(in crate::ppm) fn reserve(file: &File, bytes: u64) -> io::Result<bool> {
+    if cfg!(windows) {
+        file.set_len(bytes)?;
+    }
+    Ok(cfg!(windows))
 }
 
 /// There is nothing to add to what every system knows.

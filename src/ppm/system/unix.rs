@@ -12,16 +12,54 @@ use rustix::{
     io::Errno,
 };
 
-use super::write_zeros;
-
 /// Makes a file that was not there.
-pub(in crate::ppm) fn new_file(path: &Path) -> io::Result<File> {
+pub(in crate::ppm) fn new_file(path: &Path, private: bool) -> io::Result<File> {
     OpenOptions::new()
         .read(true)
         .write(true)
         .create_new(true)
-        .mode(0o666)
+        .mode(mode_of_new(private))
         .open(path)
+}
+
+/// What the umask is taken from, or what only the owner may do.
+pub(super) fn mode_of_new(private: bool) -> u32 {
+    if private { 0o600 } else { 0o666 }
+}
+
+/// Lets its owner write a file, whatever the umask.
+pub(in crate::ppm) fn make_writable(file: &File) -> io::Result<()> {
+    let mode = file.metadata()?.permissions().mode();
+    if mode & 0o200 == 0 {
+        file.set_permissions(fs::Permissions::from_mode(mode | 0o200))?;
+    }
+    Ok(())
+}
+
+/// Whether a file could not be made for want of an inode, and not of space.
+pub(in crate::ppm) fn lacks_inodes(folder: &Path, error: &io::Error) -> bool {
+    Errno::from_io_error(error) == Some(Errno::NOSPC)
+        && rustix::fs::statvfs(folder)
+            .is_ok_and(|system| system.f_files > 0 && system.f_favail == 0)
+}
+
+/// What tells a file from every other: its device and inode.
+pub(in crate::ppm) type Identity = (u64, u64);
+
+pub(in crate::ppm) fn identity(metadata: &fs::Metadata) -> Identity {
+    (metadata.dev(), metadata.ino())
+}
+
+/// Whether two files are one.
+pub(in crate::ppm) fn is_same(one: &fs::Metadata, other: &fs::Metadata) -> bool {
+    identity(one) == identity(other)
+}
+
+/// Whether a file may be replaced by its owner, the directory's and root alone,
+/// and this process is of neither.
+pub(in crate::ppm) fn only_owner_replaces(folder: &fs::Metadata, file: &fs::Metadata) -> bool {
+    let user = rustix::process::geteuid().as_raw();
+    folder.mode() & 0o1000 != 0 && user != 0 && user != file.uid() && user != folder.uid()
 }
 
 /// Fills `buffer` from the bytes of a file at `offset`.
@@ -51,44 +89,24 @@ pub(in crate::ppm) fn too_many_links() -> io::Error {
     Errno::LOOP.into()
 }
 
-/// The permissions and, where that is allowed, the owner of the file replaced.
-pub(in crate::ppm) fn keep_permissions(file: &File, before: &fs::Metadata) -> io::Result<()> {
-    let now = file.metadata()?;
-    if (now.uid(), now.gid()) != (before.uid(), before.gid()) {
-        let _ = std::os::unix::fs::fchown(file, Some(before.uid()), Some(before.gid()));
-    }
-    let mode = before.permissions().mode() & 0o777;
-    if now.permissions().mode() & 0o777 != mode {
-        file.set_permissions(fs::Permissions::from_mode(mode))?;
-    }
-    Ok(())
-}
-
-/// Reserves every block of a new file: by asking for them or, where a file
-/// system can't be asked, by writing zeros.
-pub(in crate::ppm) fn reserve(file: &File, bytes: u64) -> io::Result<()> {
+/// Reserves every block of a file. Whether that was possible and nothing but
+/// these blocks is needed to store into the file: only then may it be mapped,
+/// since a store that finds no room is a signal.
+pub(in crate::ppm) fn reserve(file: &File, bytes: u64) -> io::Result<bool> {
     match retried(|| allocate(file, bytes)) {
-        Err(error) if can_not_be_asked(error) => write_zeros(file, bytes),
+        Err(error) if can_not_be_asked(error) => Ok(false),
         reserved => Ok(reserved?),
     }
 }
 
-/// Reserves the blocks that a file lacks, where the file system can be asked.
-pub(in crate::ppm) fn fill_holes(file: &File, bytes: u64) -> io::Result<()> {
-    match retried(|| allocate(file, bytes)) {
-        Err(error) if can_not_be_asked(error) => Ok(()),
-        reserved => Ok(reserved?),
-    }
-}
+#[cfg(target_os = "linux")]
+use super::linux::allocate;
 
-#[cfg(any(
-    target_os = "linux",
-    target_os = "android",
-    target_os = "freebsd",
-    target_vendor = "apple"
-))]
-fn allocate(file: &File, bytes: u64) -> Result<(), Errno> {
-    rustix::fs::fallocate(file, rustix::fs::FallocateFlags::empty(), 0, bytes)
+/// What is known of the file systems of others does not suffice to map.
+#[cfg(any(target_os = "android", target_os = "freebsd", target_vendor = "apple"))]
+fn allocate(file: &File, bytes: u64) -> Result<bool, Errno> {
+    rustix::fs::fallocate(file, rustix::fs::FallocateFlags::empty(), 0, bytes)?;
+    Ok(false)
 }
 
 #[cfg(not(any(
@@ -97,7 +115,7 @@ fn allocate(file: &File, bytes: u64) -> Result<(), Errno> {
     target_os = "freebsd",
     target_vendor = "apple"
 )))]
-fn allocate(_file: &File, _bytes: u64) -> Result<(), Errno> {
+fn allocate(_file: &File, _bytes: u64) -> Result<bool, Errno> {
     Err(Errno::NOSYS)
 }
 
@@ -123,8 +141,21 @@ pub(super) fn remedy(error: &io::Error) -> &'static str {
             "; raise the limit on file sizes (ulimit -f), or name a file on a file system without one"
         }
         Some(Errno::NOMEM) => "; raise the limit on addresses (ulimit -v), or free some memory",
-        Some(Errno::LOOP) => "; the symbolic links run in a circle",
-        Some(Errno::MFILE | Errno::NFILE) => "; raise the limit on open files (ulimit -n)",
+        Some(Errno::XDEV) => {
+            "; the directory refuses files from elsewhere (a quota of a project, or a mount): name a file in another directory"
+        }
+        Some(Errno::BUSY) => {
+            "; it is in use, as a file that is mounted by itself: name another file, or write into it with - as the image and > to redirect"
+        }
+        Some(Errno::STALE) => "; the network file system has lost it: look whether it is mounted",
+        Some(Errno::IO) => "; the disk or the network failed: look into the system's log (dmesg)",
+        Some(Errno::BADF) => "; the descriptor is closed, or not open for writing",
+        Some(Errno::LOOP) => {
+            "; the symbolic links run in a circle, are too many, or are on a file system where none are followed: name the file itself"
+        }
+        Some(Errno::MFILE | Errno::NFILE) => {
+            "; raise the limit on open files (ulimit -n), or close some"
+        }
         _ => "",
     }
 }
