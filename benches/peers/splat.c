@@ -5,8 +5,8 @@
  *
  * Built with AVX-512 it takes 16 pixels at a time, otherwise (AVX2, FMA) 8.
  *
- *   1. Every sphere gets a pixel box, also one that reaches the plane of the camera or holds it; 32-byte records of those
- *      in view are counted and scattered into tiles of 64 x 64 pixels, a table for each run of spheres.
+ *   1. Every sphere gets a pixel box, also one that reaches the plane of the camera or holds it; 24-byte records of those
+ *      in view are appended to the lists of tiles of 64 x 64 pixels that they meet, lists for each run of spheres.
  *   2. D/c^2 and B/c are polynomials about the middle of what a sphere has in a tile, set up for many spheres at once.
  *   3. A tile with few spheres is drawn by masks: front to back, the columns that a sphere covers in a row are one 64-bit
  *      word. Where two cover a pixel and their ranges of depth in this tile overlap, the nearer one is looked for there.
@@ -23,17 +23,11 @@
 
 #include "scene.h"
 
-enum { TILE = 64, STRIDE = TILE + 16, MASKED = 64, CHUNK = 64, BATCH = 32, ROWS = 4, BLOCK = 8, BLOCKS = TILE / BLOCK, RUN = 1 << 16 };
+enum { TILE = 64, STRIDE = TILE + 16, CHUNK = 64, BATCH = 32, ROWS = 4, BLOCK = 8, BLOCKS = TILE / BLOCK, RUN = 1 << 16 };
 enum { ORDINARY, REACHING, AROUND }; /* before the camera, across its plane, holding it */
 
-/* Spheres drawn by masks up to this many in a tile. */
-#ifndef FEW
-#define FEW 24
-#endif
-/* Pixels of boxes over pixels of a tile from which on order and occlusion pay. */
-#ifndef DEEP
-#define DEEP 4
-#endif
+enum { FEW = 24 }; /* spheres of a tile that are drawn by masks */
+enum { DEEP = 4 }; /* pixels of boxes over pixels of a tile from which on order and occlusion pay */
 
 typedef struct {
   float x, y, z, r;
@@ -161,13 +155,11 @@ static void bin(Run *run) {
 
 /* ---- a tile ---- */
 
-#define ARRAYS(type) type __attribute__((aligned(64)))
-
 typedef struct {
   /* With room for ROWS and LANES beyond. */
   float depths[(TILE + ROWS) * STRIDE] __attribute__((aligned(64)));
   uint32_t colours[(TILE + ROWS) * STRIDE] __attribute__((aligned(64)));
-  uint64_t masks[MASKED][TILE] __attribute__((aligned(64)));
+  uint64_t masks[FEW][TILE] __attribute__((aligned(64)));
   uint64_t covered[TILE], contested[TILE + 8] __attribute__((aligned(64)));
   /* Of up to CHUNK spheres: what the records say, */
   float x[CHUNK], y[CHUNK], z[CHUNK], r[CHUNK];
@@ -279,7 +271,6 @@ enum { LANES = 16 };
 #define load(at) _mm512_loadu_ps(at)
 #define greater(a, b) _mm512_cmp_ps_mask(a, b, _CMP_GT_OQ)
 #define both(a, b) ((a) & (b))
-#define any(a) (a)
 #define lanes_of(bits) ((__mmask16)(bits))
 #define bits_of(lanes) ((uint64_t)(lanes))
 #define store(at, lanes, v) _mm512_mask_storeu_ps(at, lanes, v)
@@ -297,7 +288,6 @@ enum { LANES = 8 };
 #define load(at) _mm256_loadu_ps(at)
 #define greater(a, b) _mm256_cmp_ps(a, b, _CMP_GT_OQ)
 #define both(a, b) _mm256_and_ps(a, b)
-#define any(a) _mm256_movemask_ps(a)
 static inline __m256 lanes_of(uint64_t bits) {
   const __m256i each = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
   return _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32((int)bits), each), each));
@@ -325,19 +315,19 @@ static inline Row row_of(const Work *w, int i, int j) {
 /* Inverse depth at some pixels of a row, not greater than 0 or not a number where there is none. */
 static inline Floats depth_at(const Work *w, int i, const Row *row, int kind, float from) {
   const Floats p = add(STEPS, all(from - w->mx[i]));
-  const Floats d = fma(p, fma(p, row->d2, row->d1), row->d0), b = fma(p, row->b1, row->b0), both = add(b, root(d));
-  if (kind == ORDINARY) return both;
+  const Floats d = fma(p, fma(p, row->d2, row->d1), row->d0), b = fma(p, row->b1, row->b0), sum = add(b, root(d));
+  if (kind == ORDINARY) return sum;
   const Floats zero = all(0.f);
   if (kind == REACHING) {
 #ifdef __AVX512F__
-    return _mm512_mask_mov_ps(zero, greater(b, zero), both);
+    return _mm512_mask_mov_ps(zero, greater(b, zero), sum);
 #else
-    return _mm256_and_ps(greater(b, zero), both);
+    return _mm256_and_ps(greater(b, zero), sum);
 #endif
   }
   const Floats X = fma(p, all(step_x), all(w->X[i]));
   const float Y = w->Y[i] - row->q * step_y;
-  return divide(fma(X, X, all(1 + Y * Y)), both);
+  return divide(fma(X, X, all(1 + Y * Y)), sum);
 }
 
 static inline void keep_nearer(float *z, uint32_t *out, __m256 s, __m256i colour) {
@@ -511,7 +501,7 @@ static void find_masks_by_pixel(const Work *w, int i, uint64_t *masks) {
   }
 }
 
-/* Bits of the first n whose value is less than (or greater than) one value. */
+/* Bits of the first n whose value is less than one value; those after them are anything. */
 static inline uint64_t less(const float *values, int n, float than) {
   uint64_t bits = 0;
   for (int o = 0; o < n; o += LANES) bits |= bits_of(greater(all(than), load(values + o))) << o;
@@ -558,8 +548,8 @@ static inline void paint(uint32_t *row, uint64_t visible, uint32_t colour) {
 #endif
 }
 
-/* Keeps the order of the ranks: front to back. */
-static int arrange(Work *w, int n) {
+/* Takes them front to back. */
+static void arrange(Work *w, int n) {
   float keys[CHUNK + 16] __attribute__((aligned(64)));
   const Record *by_rank[CHUNK];
   for (int i = 0; i < n; i++) keys[i] = -most_of(w->order[i]);
@@ -573,7 +563,6 @@ static int arrange(Work *w, int n) {
     take(w, i, s);
     w->bl[i] = s->left, w->br[i] = s->right, w->bt[i] = s->top, w->bb[i] = s->bottom;
   }
-  return n;
 }
 
 /* The pixels of i that an earlier one covers too and may be nearer or farther at. */
