@@ -620,7 +620,6 @@ static int draw_few(Work *w, int n, int x0, int y0, int last_x, int last_y, uint
   }
   for (int i = 0; i < n; i++) ordinary += w->kind[i] == ORDINARY;
   if (ordinary) set_up_ends(w, n, x0, y0);
-  for (int i = 0; i < TILE * STRIDE; i++) w->colours[i] = background;
   memset(w->covered, 0, sizeof w->covered);
   memset(w->contested, 0, sizeof w->contested);
   int contested = 0;
@@ -644,11 +643,18 @@ static int draw_few(Work *w, int n, int x0, int y0, int last_x, int last_y, uint
       paint(w->colours + j * STRIDE, visible, w->colour[i]);
     }
   }
+  for (int j = 0; j <= last_y; j++)
+    if (~w->covered[j]) paint(w->colours + j * STRIDE, ~w->covered[j], background);
   if (contested) settle_contests(w, n, last_y + 1);
   return 0;
 }
 
 /* ---- bytes ---- */
+
+#ifdef __AVX512VBMI__
+/* Where the bytes of three lines are in two vectors of pixels each. */
+static uint8_t places[192] __attribute__((aligned(64)));
+#endif
 
 static void pack(const Work *w, int x0, int y0, int n, int h) {
   for (int j = 0; j < h; j++) {
@@ -656,14 +662,16 @@ static void pack(const Work *w, int x0, int y0, int n, int h) {
     const uint32_t *in = w->colours + j * STRIDE;
     int i = 0;
 #ifdef __AVX512VBMI__
-    static const uint8_t places[64] __attribute__((aligned(64))) = {
-#define FOUR(k) 4 * (k), 4 * (k) + 1, 4 * (k) + 2, 4 * (k) + 4, 4 * (k) + 5, 4 * (k) + 6, 4 * (k) + 8, 4 * (k) + 9, 4 * (k) + 10, 4 * (k) + 12, 4 * (k) + 13, 4 * (k) + 14
-      FOUR(0), FOUR(4), FOUR(8), FOUR(12)
-    };
-    const __m512i order = _mm512_load_si512(places);
+    if (n == TILE) { /* three whole lines */
+      const __m512i a = _mm512_load_si512(in), b = _mm512_load_si512(in + 16), c = _mm512_load_si512(in + 32), d = _mm512_load_si512(in + 48);
+      _mm512_storeu_si512(out, _mm512_permutex2var_epi8(a, _mm512_load_si512(places), b));
+      _mm512_storeu_si512(out + 64, _mm512_permutex2var_epi8(b, _mm512_load_si512(places + 64), c));
+      _mm512_storeu_si512(out + 128, _mm512_permutex2var_epi8(c, _mm512_load_si512(places + 128), d));
+      continue;
+    }
     for (; i < n; i += 16) {
       const int left = n - i < 16 ? n - i : 16;
-      _mm512_mask_storeu_epi8(out + 3 * i, ~0ull >> (64 - 3 * left), _mm512_permutexvar_epi8(order, _mm512_loadu_si512(in + i)));
+      _mm512_mask_storeu_epi8(out + 3 * i, ~0ull >> (64 - 3 * left), _mm512_permutexvar_epi8(_mm512_load_si512(places), _mm512_loadu_si512(in + i)));
     }
 #else
     const __m256i drop = _mm256_broadcastsi128_si256(_mm_setr_epi8(0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, -1, -1, -1, -1));
@@ -780,6 +788,9 @@ int main(int argc, char **argv) {
   middle_x = .5f * (width - 1), middle_y = .5f * (height - 1);
   tiles_x = (width + TILE - 1) / TILE, tiles_y = (height + TILE - 1) / TILE;
   keep(&scene);
+#ifdef __AVX512VBMI__
+  for (int k = 0; k < 192; k++) places[k] = k / 3 % 64 * 4 + k % 3 - 64 * (k / 64);
+#endif
   image = pages((size_t)width * height * 3);
   run_count = threads == 1 ? (count + (1 << 20) - 1) >> 20 : (count + RUN - 1) / RUN;
   if (run_count < 1) run_count = 1;
