@@ -1,6 +1,7 @@
 //! How the time grows: with spheres, with pixels, with threads.
 //!
-//! Embree's figures are those that `make peers` left; without them it is not drawn.
+//! The figures of Embree and of splat are those that `make peers` left; without them
+//! these are not drawn.
 
 use std::{fmt::Write, fs, path::Path, time::Duration};
 
@@ -18,6 +19,7 @@ use sfera::{
 use crate::{
     measure::{frame, median},
     plot::{Area, Decades, Drawn, GRID, LARGE, SMALL, WIDTH, colour, font, mark, text},
+    splat,
 };
 
 const PEERS: &str = "benches/peers/results.csv";
@@ -40,11 +42,13 @@ enum Subject {
     Exact,
     Textbook,
     Embree,
+    Splat,
     Fill,
 }
 
-const SUBJECTS: [Subject; 4] = [
+const SUBJECTS: [Subject; 5] = [
     Subject::Fill,
+    Subject::Splat,
     Subject::Embree,
     Subject::Textbook,
     Subject::Exact,
@@ -55,8 +59,9 @@ impl Subject {
         match self {
             Self::Exact => "sfera, exact",
             Self::Textbook => "sfera, textbook (f32)",
-            Self::Embree => "Embree, best mode, tree built",
-            Self::Fill => "memory filled with one colour",
+            Self::Embree => "Embree with its tree",
+            Self::Splat => "splat (f32, C)",
+            Self::Fill => "filling the memory",
         }
     }
 
@@ -65,6 +70,7 @@ impl Subject {
             Self::Exact => colour(Method::Exact),
             Self::Textbook => colour(Method::Textbook),
             Self::Embree => RGBColor(86, 180, 233),
+            Self::Splat => splat::COLOUR,
             Self::Fill => BLACK,
         }
     }
@@ -74,7 +80,7 @@ impl Subject {
         match self {
             Self::Exact => mark(area, at, Method::Exact, Form::Packets, RADIUS),
             Self::Textbook => mark(area, at, Method::Textbook, Form::Packets, RADIUS),
-            Self::Embree => {
+            Self::Embree | Self::Splat => {
                 let side = RADIUS as i32;
                 let corners = [(at.0 - side, at.1 - side), (at.0 + side, at.1 + side)];
                 area.draw(&Rectangle::new(corners, self.colour().filled()))?;
@@ -97,15 +103,15 @@ struct Panel {
 /// Measures and draws the three panels.
 pub(crate) fn draw(example: &Scene, folder: &Path) -> Drawn {
     let threads = rayon::current_num_threads();
-    let embree = embree(threads);
-    let by_spheres = by_spheres(&embree)?;
+    let peers = peers(threads);
+    let by_spheres = by_spheres(&peers)?;
     let exact_reaches = by_spheres.curves.iter().any(|(subject, curve)| {
         *subject == Subject::Exact && curve.iter().any(|at| at.0 == THREADS_SPHERES as f64)
     });
     let panels = [
         by_spheres,
-        by_pixels(example, &embree)?,
-        by_threads(exact_reaches, &embree)?,
+        by_pixels(example, &peers)?,
+        by_threads(exact_reaches, &peers)?,
     ];
     let mut table = String::from("panel,subject,place,milliseconds\n");
     for panel in &panels {
@@ -124,7 +130,7 @@ pub(crate) fn draw(example: &Scene, folder: &Path) -> Drawn {
     plot(&panels, threads, &folder.join("growth.svg"))
 }
 
-fn by_spheres(embree: &[Measured]) -> Drawn<Panel> {
+fn by_spheres(peers: &[Measured]) -> Drawn<Panel> {
     let size = ImageSize::new(FULL_HD.0, FULL_HD.1)?;
     let mut pixels = vec![0; size.pixel_bytes()];
     let floor = fill(&mut pixels);
@@ -146,9 +152,9 @@ fn by_spheres(embree: &[Measured]) -> Drawn<Panel> {
     }
     let clouds = |row: &&Measured| row.cloud && (row.width, row.height) == FULL_HD;
     let threads = rayon::current_num_threads();
-    for row in embree.iter().filter(clouds) {
+    for row in peers.iter().filter(clouds) {
         if row.threads == threads {
-            curves.add(Subject::Embree, row.spheres, row.milliseconds);
+            curves.add(row.subject, row.spheres, row.milliseconds);
         }
     }
     for count in SPHERES {
@@ -161,7 +167,7 @@ fn by_spheres(embree: &[Measured]) -> Drawn<Panel> {
     })
 }
 
-fn by_pixels(example: &Scene, embree: &[Measured]) -> Drawn<Panel> {
+fn by_pixels(example: &Scene, peers: &[Measured]) -> Drawn<Panel> {
     let mut curves = Curves::default();
     for width in WIDTHS {
         let size = ImageSize::new(width, width * 9 / 16)?;
@@ -179,12 +185,12 @@ fn by_pixels(example: &Scene, embree: &[Measured]) -> Drawn<Panel> {
         }
     }
     let threads = rayon::current_num_threads();
-    for row in embree
+    for row in peers
         .iter()
-        .filter(|row| !row.cloud && row.threads == threads)
+        .filter(|row| row.example && row.threads == threads)
     {
         let pixels = f64::from(row.width) * f64::from(row.height);
-        curves.add(Subject::Embree, pixels, row.milliseconds);
+        curves.add(row.subject, pixels, row.milliseconds);
     }
     Ok(Panel {
         title: format!("the example: {} spheres", example.spheres.len()),
@@ -193,7 +199,7 @@ fn by_pixels(example: &Scene, embree: &[Measured]) -> Drawn<Panel> {
     })
 }
 
-fn by_threads(exact_reaches: bool, embree: &[Measured]) -> Drawn<Panel> {
+fn by_threads(exact_reaches: bool, peers: &[Measured]) -> Drawn<Panel> {
     let scene = families::cloud(THREADS_SPHERES, 1);
     let size = ImageSize::new(FULL_HD.0, FULL_HD.1)?;
     let mut pixels = vec![0; size.pixel_bytes()];
@@ -212,10 +218,10 @@ fn by_threads(exact_reaches: bool, embree: &[Measured]) -> Drawn<Panel> {
                 });
             }
         });
-        for row in embree {
+        for row in peers {
             let same = row.spheres == THREADS_SPHERES as f64 && row.cloud;
             if same && row.threads == threads && (row.width, row.height) == FULL_HD {
-                curves.add(Subject::Embree, place, row.milliseconds);
+                curves.add(row.subject, place, row.milliseconds);
             }
         }
     }
@@ -271,8 +277,10 @@ fn fill(pixels: &mut [u8]) -> f64 {
     time.as_secs_f64() * 1e3
 }
 
-/// A figure of Embree's from `make peers`.
+/// A figure of a peer from `make peers`.
 struct Measured {
+    subject: Subject,
+    example: bool,
     cloud: bool,
     spheres: f64,
     width: u32,
@@ -281,10 +289,8 @@ struct Measured {
     milliseconds: f64,
 }
 
-/// Embree's best modes, at thread counts that this machine has.
-fn embree(most_threads: usize) -> Vec<Measured> {
-    let table = fs::read_to_string(PEERS).unwrap_or_default();
-    let row = |line: &str| -> Option<Measured> {
+impl Measured {
+    fn of_line(line: &str) -> Option<Self> {
         let cells: Vec<_> = line.split(',').collect();
         let [
             scene,
@@ -293,7 +299,7 @@ fn embree(most_threads: usize) -> Vec<Measured> {
             height,
             threads,
             "in memory",
-            "Embree",
+            peer,
             _,
             milliseconds,
             ..,
@@ -301,7 +307,14 @@ fn embree(most_threads: usize) -> Vec<Measured> {
         else {
             return None;
         };
-        Some(Measured {
+        let subject = match peer {
+            "Embree" => Subject::Embree,
+            "splat" => Subject::Splat,
+            _ => return None,
+        };
+        Some(Self {
+            subject,
+            example: scene == "example",
             cloud: scene.starts_with("cloud"),
             spheres: spheres.parse().ok()?,
             width: width.parse().ok()?,
@@ -309,17 +322,40 @@ fn embree(most_threads: usize) -> Vec<Measured> {
             threads: threads.parse().ok()?,
             milliseconds: milliseconds.parse().ok()?,
         })
-    };
-    let rows = table.lines().filter_map(row);
-    let mut rows: Vec<_> = rows.filter(|row| row.threads <= most_threads).collect();
+    }
+
+    /// Those of one place are the modes of one peer on one scene.
+    fn place(&self) -> (u8, bool, f64, u32, usize) {
+        let Self {
+            subject,
+            example,
+            spheres,
+            width,
+            threads,
+            ..
+        } = *self;
+        (subject as u8, example, spheres, width, threads)
+    }
+}
+
+/// The best modes of the peers, at thread counts that this machine has.
+fn peers(most_threads: usize) -> Vec<Measured> {
+    let table = fs::read_to_string(PEERS).unwrap_or_default();
+    let rows = table.lines().filter_map(Measured::of_line);
+    let drawn = |row: &Measured| row.threads <= most_threads && (row.example || row.cloud);
+    let mut rows: Vec<_> = rows.filter(drawn).collect();
     rows.sort_by(|one, other| {
-        let place = |row: &Measured| (row.spheres, f64::from(row.width));
-        place(one)
-            .partial_cmp(&place(other))
+        let order = |row: &Measured| (row.place(), row.milliseconds);
+        order(one)
+            .partial_cmp(&order(other))
             .unwrap_or(std::cmp::Ordering::Equal)
     });
-    if rows.is_empty() {
-        println!("Embree is not drawn: no figures of it in {PEERS}; make peers measures them");
+    rows.dedup_by(|later, first| later.place() == first.place());
+    for subject in [Subject::Embree, Subject::Splat] {
+        if !rows.iter().any(|row| row.subject == subject) {
+            let name = subject.name();
+            println!("not drawn: {name}: no figures in {PEERS}; make peers measures them");
+        }
     }
     rows
 }

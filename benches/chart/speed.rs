@@ -56,7 +56,7 @@ impl Painter {
             Self::Splat => {
                 let side = (0.9 * RADIUS) as i32;
                 let corners = [(at.0 - side, at.1 - side), (at.0 + side, at.1 + side)];
-                area.draw(&Rectangle::new(corners, RGBColor(204, 121, 167).filled()))?;
+                area.draw(&Rectangle::new(corners, splat::COLOUR.filled()))?;
                 Ok(())
             }
         }

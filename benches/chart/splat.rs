@@ -3,9 +3,13 @@
 
 use std::{fs, path::Path, process::Command};
 
+use plotters::style::RGBColor;
 use sfera::{camera::ImageSize, ppm, scene::Scene};
 
 use crate::plot::Drawn;
+
+/// Beside those of [`plot::colour`](crate::plot::colour).
+pub(crate) const COLOUR: RGBColor = RGBColor(204, 121, 167);
 
 /// The widest first; those that the CPU can't run are not built.
 const BUILT: [&str; 2] = ["target/peers/splat-16", "target/peers/splat-8"];
