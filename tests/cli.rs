@@ -189,9 +189,20 @@ fn wrong_command_lines_are_refused() {
 #[test]
 fn help_teaches_and_version_tells() {
     let shop = Workshop::new();
-    let help = String::from_utf8(shop.run("--help").succeeds().stdout).expect("text");
+    let help = shop.run_shell("COLUMNS=80 $SFERA --help").succeeds().stdout;
+    assert_eq!(
+        shop.run_shell("COLUMNS=80 $SFERA -h").succeeds().stdout,
+        help
+    );
+    let help = String::from_utf8(help).expect("text");
+    let widest = help.lines().map(|line| line.chars().count()).max();
+    assert!(widest <= Some(80), "{help}");
+    // Two screens.
+    assert!(help.lines().count() <= 48, "{help}");
+    let place = |word: &str| help.find(word).unwrap_or_else(|| panic!("{word}: {help}"));
+    assert!(place("Examples:") < place("Arguments:") && place("Arguments:") < place("Options:"));
     for word in [
-        "sfera scenes/example.txt example.ppm 1920 1080",
+        "sfera scene.txt picture.png 1920 1080",
         "--method",
         "--scalar",
         "--threads",

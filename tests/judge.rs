@@ -1,6 +1,9 @@
 //! `--verify` as the judge of pictures by other programs: a small renderer of
 //! its own, with the mistakes that people make.
 
+// Shells, pipes and links as Unix has them.
+#![cfg(unix)]
+
 #[path = "common/program.rs"]
 mod program;
 

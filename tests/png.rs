@@ -1,5 +1,8 @@
 //! PNG by name: the same pixels, whole or not at all.
 
+// Shells, pipes and links as Unix has them.
+#![cfg(unix)]
+
 #[path = "common/program.rs"]
 mod program;
 

@@ -8,7 +8,7 @@ use std::{
     str::FromStr,
 };
 
-use clap::{CommandFactory, Parser, ValueEnum, error::ErrorKind};
+use clap::{ArgAction, CommandFactory, Parser, ValueEnum, error::ErrorKind};
 use sfera::{
     camera::ImageSize,
     name::shown,
@@ -25,24 +25,29 @@ const OTHER_PICTURES: [&str; 32] = [
     "qoi", "svg", "tga", "tif", "tiff", "webp",
 ];
 
-/// Renders a scene of flat-coloured spheres to a binary PPM, every pixel provably right.
+/// Renders a scene of flat-coloured spheres, every pixel provably right.
 #[derive(Debug, Parser)]
-#[command(version, long_about = LONG_ABOUT, after_long_help = EXAMPLES)]
+#[command(version, long_about = LONG_ABOUT, after_long_help = LONG_HELP)]
+#[command(help_template = HELP, after_help = EXIT_CODES, disable_help_flag = true)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     job: Option<Job>,
 
-    /// Print completions for a shell, or the manual page, and do nothing else
+    /// Print this page
+    #[arg(short, long, action = ArgAction::HelpShort)]
+    help: Option<bool>,
+
+    /// Print completions for a shell, or the manual page
     #[arg(long, value_enum, value_name = "PAGE", exclusive = true)]
     pub(crate) generate: Option<Page>,
 }
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Job {
-    /// The scene, a text file; - for standard input
+    /// The scene, a text; - for standard input
     pub(crate) scene: PathBuf,
 
-    /// The image to make or replace, as PNG if it ends in .png, else as PPM; - for standard output
+    /// The image, PNG if it ends so, else PPM; - for standard output
     pub(crate) image: PathBuf,
 
     /// Pixels of a row
@@ -57,7 +62,7 @@ pub(crate) struct Job {
     #[arg(long, value_enum, default_value_t)]
     method: MethodName,
 
-    /// Draw one pixel at a time: the same picture, slower; for textbook, geometric and double
+    /// A float method one pixel at a time: the same, slower
     #[arg(long)]
     scalar: bool,
 
@@ -65,23 +70,23 @@ pub(crate) struct Job {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 
-    /// Draw only these rows (from 0, the last not included), in place in an image that may be there
+    /// Draw only these rows, from 0, B not included, in place
     #[arg(long, value_name = "A..B")]
     pub(crate) rows: Option<RowRange>,
 
-    /// Draw nothing: judge an image (or its rows) that is there, whoever drew it; - reads standard input
+    /// Judge an image that is there, whoever drew it
     #[arg(long)]
     verify: bool,
 
-    /// Draw with every method, print how fast and how wrong each is, and keep the exact image
+    /// Draw by every method, print how fast and wrong each is
     #[arg(long, conflicts_with_all = ["method", "scalar", "rows", "verify", "diff", "stats", "quiet"])]
     compare: bool,
 
-    /// Make a second image: red where the method's pixels are wrong, pale where they are right
+    /// Make a second image: red where the first is wrong
     #[arg(long, value_name = "FILE", conflicts_with = "rows")]
     pub(crate) diff: Option<PathBuf>,
 
-    /// Tell on standard error how long each phase took, as text or as JSON
+    /// Tell on standard error how long it took, or all as JSON
     #[arg(long, value_enum, value_name = "FORMAT", num_args = 0..=1, require_equals = true,
           default_missing_value = "text", conflicts_with = "quiet")]
     pub(crate) stats: Option<statistics::Style>,
@@ -339,33 +344,60 @@ impl Job {
 }
 
 const LONG_ABOUT: &str = "\
-Renders a scene of flat-coloured spheres to a binary PPM, every pixel provably right.
+Renders a scene of flat-coloured spheres to a PPM or PNG, every pixel provably right.
 
 The image appears under its name when it is complete; whatever fails, an image that was there before stays as it was.";
 
-const EXAMPLES: &str = "\
+/// What `--help` prints: two screens, and what most people look for first.
+const HELP: &str = "\
+{about}
+
+{usage-heading} {usage}
+
 Examples:
-  The picture, 1920 x 1080:
+  sfera scene.txt picture.png 1920 1080              a picture
+  make-scene | sfera - - 800 600 | show-ppm          in a pipe
+  sfera scene.txt picture.ppm 1920 1080 --compare    speed against accuracy
+  sfera scene.txt theirs.ppm 1920 1080 --verify      is their picture right?
+  sfera scene.txt large.ppm 32768 32768 --rows 0..4096    a part of it
+  sfera --generate man | man -l -                    more of them
+
+{all-args}{after-help}";
+
+const EXIT_CODES: &str = "\
+Exit codes:
+    0  the image is complete; with --verify, every pixel is right
+    1  something failed; standard error says what, and what would mend it
+    2  the command line is wrong
+  129, 130, 143  hung up, interrupted, terminated; 141  nobody reads the output";
+
+/// Beside the options, on the manual page.
+const LONG_HELP: &str = "\
+Examples:
+  The picture, 1920 x 1080; the same as PNG:
     sfera scenes/example.txt example.ppm 1920 1080
-  As PNG, with netpbm:
-    sfera scene.txt - 640 480 | pnmtopng > scene.png
+    sfera scenes/example.txt example.png 1920 1080
+  From and to other programs:
+    generate-scene | sfera - - 640 480 | pnmtojpeg > scene.jpg
   How long each phase takes; the same for scripts:
     sfera scene.txt scene.ppm 1920 1080 --stats
     sfera scene.txt scene.ppm 1920 1080 --stats=json 2> stats.json
   Speed against accuracy on a scene of your own:
     sfera scene.txt scene.ppm 1920 1080 --compare
   Where the textbook formula in floats is wrong:
-    sfera scene.txt textbook.ppm 1920 1080 --method textbook --diff wrong.ppm
+    sfera scene.txt textbook.ppm 1920 1080 --method textbook --diff wrong.png
+  Which pixels of another program's picture are wrong, and why:
+    sfera scene.txt theirs.ppm 1920 1080 --verify
+    my-renderer scene.txt | sfera scene.txt - 1920 1080 --verify --diff wrong.png
   A large picture in two parts, in any order, on one machine or two; then checked:
     sfera scene.txt large.ppm 32768 32768 --rows 0..16384
     sfera scene.txt large.ppm 32768 32768 --rows 16384..32768
     sfera scene.txt large.ppm 32768 32768 --verify
-  Completions and the manual page:
+  Completions:
     sfera --generate bash > ~/.local/share/bash-completion/completions/sfera
-    sfera --generate man | man -l -
 
 Exit codes:
-    0  the image is complete (with --verify: the rows are right)
+    0  the image is complete (with --verify: every pixel is right)
     1  something failed; one line on standard error says what, and what would mend it
     2  the command line is wrong
   130  interrupted (SIGINT); 143 terminated (SIGTERM); 129 hung up (SIGHUP)
