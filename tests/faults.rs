@@ -8,8 +8,16 @@
 // Of permissions, links and signals as Unix has them.
 #![cfg(unix)]
 
+#[path = "faults/names.rs"]
+mod names;
+#[path = "faults/permissions.rs"]
+mod permissions;
 #[path = "common/program.rs"]
 mod program;
+#[path = "faults/room.rs"]
+mod room;
+#[path = "faults/signals.rs"]
+mod signals;
 
 use std::{
     fs::{self, File, OpenOptions},
@@ -26,6 +34,9 @@ use tempfile::TempDir;
 
 /// Takes minutes: there is time to be interrupted in.
 const SLOW: &str = "balls.txt image.ppm 4000 4000 --method reference";
+
+/// Takes a second or two: there is time to change something meanwhile.
+const WHILE: &str = "balls.txt image.ppm 600 600 --method reference --threads 1";
 
 const OLD: &[u8] = b"the image that was there before";
 
@@ -66,6 +77,36 @@ impl Disk {
         mounted.then_some(disk)
     }
 
+    /// A file of some megabytes with a file system in it.
+    fn of_blocks(test: &str, kind: &str, megabytes: u64) -> Option<Self> {
+        if !as_root(test) {
+            return None;
+        }
+        let at = TempDir::new().expect("a folder");
+        let blocks = tempfile::NamedTempFile::new().expect("a file");
+        blocks
+            .as_file()
+            .set_len(megabytes << 20)
+            .expect("blocks of a disk");
+        let ran = |command: &mut Command| {
+            let output = command.output();
+            let done = output.as_ref().is_ok_and(|output| output.status.success());
+            if !done {
+                eprintln!("{test}: skipped: {command:?}: {output:?}");
+            }
+            done
+        };
+        // Mounted, it lives as long as it is.
+        (ran(Command::new(format!("mkfs.{kind}"))
+            .arg("-q")
+            .arg(blocks.path()))
+            && ran(Command::new("mount")
+                .args(["-o", "loop"])
+                .arg(blocks.path())
+                .arg(at.path())))
+        .then_some(Self { at })
+    }
+
     fn remount(&self, options: &str) {
         let status = Command::new("mount")
             .args(["-o", &format!("remount,{options}")])
@@ -91,16 +132,40 @@ fn begin(command: &mut Command) -> Child {
         .stderr(Stdio::piped())
         .spawn()
         .expect("the program runs");
-    let maps = format!("/proc/{}/maps", child.id());
-    wait_until("the image is mapped", || {
-        let maps = fs::read_to_string(&maps).unwrap_or_default();
-        maps.lines().any(|line| {
-            line.contains(" rw-s ")
-                && (line.contains("(deleted)") || line.contains(".ppm") || line.contains(".part"))
-        })
-    });
+    wait_until("the image is mapped", || mapped(&child).is_some());
     thread::sleep(Duration::from_millis(20));
     child
+}
+
+/// The file that a process has mapped to write to, as its name is or was.
+fn mapped(child: &Child) -> Option<PathBuf> {
+    let maps = fs::read_to_string(format!("/proc/{}/maps", child.id())).unwrap_or_default();
+    let name = maps.lines().find_map(|line| {
+        let (_, name) = line.split_once('/')?;
+        let image = name.contains("(deleted)") || name.contains(".ppm") || name.contains(".part");
+        (line.contains(" rw-s ") && image).then_some(name)
+    })?;
+    Some(Path::new("/").join(name))
+}
+
+/// The program where an unfinished image needs a name: without /proc a file has no way to
+/// get one later. None, and a word about it, where that can't be had.
+fn without_nameless_files(shop: &Workshop, arguments: &str) -> Option<Command> {
+    if !as_root("without nameless files") {
+        return None;
+    }
+    let ran = shop.run_shell("exec unshare --mount mount -t tmpfs none /proc");
+    if ran.code != 0 {
+        eprintln!("skipped: {}", ran.stderr);
+        return None;
+    }
+    Some(shop.shell(&format!(
+        "exec env --default-signal unshare --mount sh -c 'mount -t tmpfs none /proc && exec $SFERA {arguments}'"
+    )))
+}
+
+fn set(path: &Path, mode: u32) {
+    fs::set_permissions(path, fs::Permissions::from_mode(mode)).expect("chmod");
 }
 
 fn send(signal: &str, child: &Child) {
@@ -168,7 +233,7 @@ fn a_disk_that_fills_while_a_stream_is_written_is_told() {
 }
 
 #[test]
-fn a_disk_that_can_not_reserve_is_written_first() {
+fn a_disk_that_can_not_reserve_is_written_and_not_mapped() {
     let Some(disk) = Disk::new("a disk that can't reserve", "ramfs", "mode=0755") else {
         return;
     };
@@ -510,32 +575,23 @@ fn what_was_to_be_ignored_is_ignored() {
 
 #[test]
 fn without_nameless_files_an_interrupt_cleans_up() {
-    if !as_root("without nameless files") {
-        return;
-    }
-    // Without /proc a nameless file can't be given its name.
-    let hidden = |shop: &Workshop, arguments: &str| {
-        shop.shell(&format!(
-            "exec env --default-signal unshare --mount sh -c 'mount -t tmpfs none /proc && exec $SFERA {arguments}'"
-        ))
-    };
     let shop = Workshop::new();
     shop.write("image.ppm", OLD);
-    let ran = Ran::of(&mut hidden(&shop, "balls.txt image.ppm 64 48"));
-    if ran.stderr.contains("unshare") || ran.stderr.contains("mount") {
-        eprintln!("skipped: {}", ran.stderr);
+    let hidden = |arguments: &str| without_nameless_files(&shop, arguments);
+    let Some(mut command) = hidden("balls.txt image.ppm 64 48") else {
         return;
-    }
-    ran.succeeds();
+    };
+    Ran::of(&mut command).succeeds();
     assert_eq!(shop.read("image.ppm"), shop.balls(64, 48));
     assert_eq!(shop.names(), ["balls.txt", "image.ppm"]);
-    Ran::of(&mut hidden(&shop, "balls.txt rows.ppm 64 48 --rows 0..48")).succeeds();
+    let mut command = hidden("balls.txt rows.ppm 64 48 --rows 0..48").expect("as before");
+    Ran::of(&mut command).succeeds();
     assert_eq!(shop.read("rows.ppm"), shop.balls(64, 48));
     fs::remove_file(shop.path("rows.ppm")).expect("removed");
 
     for (signal, code) in [("INT", 130), ("TERM", 143)] {
         shop.write("image.ppm", OLD);
-        let mut command = hidden(&shop, SLOW);
+        let mut command = hidden(SLOW).expect("as before");
         let child = command
             .stderr(Stdio::piped())
             .spawn()
