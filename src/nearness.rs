@@ -121,8 +121,9 @@ impl<'scene> Judge<'scene> {
     /// be another colour. Its time grows with the number of spheres.
     #[must_use]
     pub fn judge(&self, pixel: (u32, u32), right: Rgb, found: Rgb) -> Verdict {
-        let estimate = self.estimate(pixel, right, found);
-        let cause = estimate.cause.map(|cause| match cause {
+        let ray = Ray::new(&self.camera, pixel);
+        let seen = self.seen(&ray, pixel, right);
+        let cause = self.cause(&ray, seen, found).map(|cause| match cause {
             Cause::Outline { sphere, pixels } => Cause::Outline {
                 sphere,
                 pixels: self
@@ -132,51 +133,31 @@ impl<'scene> Judge<'scene> {
             },
             Cause::Tie { sphere, gap } => Cause::Tie {
                 sphere,
-                gap: estimate
-                    .seen
+                gap: seen
                     .and_then(|seen| self.exact(&[seen, sphere]).gap([0, 1], pixel))
                     .unwrap_or(gap),
             },
         });
-        Verdict { cause, ..estimate }
-    }
-
-    /// As [`judge`](Self::judge), with distances in doubles, which may be wrong
-    /// where they are very small.
-    #[must_use]
-    pub fn estimate(&self, pixel: (u32, u32), right: Rgb, found: Rgb) -> Verdict {
-        let ray = Ray::new(&self.camera, pixel);
-        let seen = self.seen(&ray, pixel, right);
-        let cause = if found == self.scene.background {
-            seen.and_then(|_| self.background_cause(&ray))
-        } else {
-            None
-        };
-        let cause = self.sphere_cause(&ray, seen, found, cause);
         Verdict { seen, cause }
     }
 
-    /// What the pixel shows: the nearest by doubles and all that may be nearer,
-    /// between which the reference decides.
+    /// As [`judge`](Self::judge) by doubles alone, which are wrong where it is about
+    /// very little, but never take long.
+    #[must_use]
+    pub fn estimate(&self, pixel: (u32, u32), right: Rgb, found: Rgb) -> Verdict {
+        let ray = Ray::new(&self.camera, pixel);
+        let candidates = self.candidates(&ray);
+        let of_its_colour = candidates
+            .iter()
+            .find(|&&index| self.colour(Some(index)) == right);
+        let seen = of_its_colour.copied();
+        let cause = self.cause(&ray, seen, found);
+        Verdict { seen, cause }
+    }
+
+    /// What the pixel shows: the reference decides between those that may be nearest.
     fn seen(&self, ray: &Ray, pixel: (u32, u32), right: Rgb) -> Option<usize> {
-        let mut nearest = f64::NEG_INFINITY;
-        let mut candidates: Vec<(usize, f64)> = Vec::new();
-        for (index, sphere) in self.scene.spheres.iter().enumerate() {
-            let sight = ray.sight(&sphere);
-            if sight.doubtful || sight.depth >= nearest * (1.0 - DEPTH_DOUBT) && sight.met {
-                let most = if sight.doubtful {
-                    f64::INFINITY
-                } else {
-                    sight.depth
-                };
-                candidates.push((index, most));
-            }
-            if sight.met && !sight.doubtful && sight.depth > nearest {
-                nearest = sight.depth;
-                candidates.retain(|&(_, most)| most >= nearest * (1.0 - DEPTH_DOUBT));
-            }
-        }
-        let candidates: Vec<usize> = candidates.into_iter().map(|(index, _)| index).collect();
+        let candidates = self.candidates(ray);
         let exact = self.exact(&candidates);
         let seen = exact.seen(pixel.0, pixel.1).map(|index| candidates[index]);
         if self.colour(seen) == right {
@@ -184,6 +165,34 @@ impl<'scene> Judge<'scene> {
         }
         // Doubles were wrong by more than was thought possible.
         Reference::new(self.scene, self.camera.size()).seen(pixel.0, pixel.1)
+    }
+
+    /// The nearest sphere by doubles and all that may be nearer, in file order.
+    fn candidates(&self, ray: &Ray) -> Vec<usize> {
+        let mut nearest = f64::NEG_INFINITY;
+        let mut candidates: Vec<(usize, f64)> = Vec::new();
+        for (index, sphere) in self.scene.spheres.iter().enumerate() {
+            let sight = ray.sight(&sphere);
+            if sight.doubtful {
+                candidates.push((index, f64::INFINITY));
+            } else if sight.met && sight.depth >= nearest * (1.0 - DEPTH_DOUBT) {
+                candidates.push((index, sight.depth));
+                if sight.depth > nearest {
+                    nearest = sight.depth;
+                    candidates.retain(|&(_, most)| most >= nearest * (1.0 - DEPTH_DOUBT));
+                }
+            }
+        }
+        candidates.into_iter().map(|(index, _)| index).collect()
+    }
+
+    fn cause(&self, ray: &Ray, seen: Option<usize>, found: Rgb) -> Option<Cause> {
+        let background = if found == self.scene.background {
+            seen.and_then(|_| self.background_cause(ray))
+        } else {
+            None
+        };
+        self.sphere_cause(ray, seen, found, background)
     }
 
     fn colour(&self, seen: Option<usize>) -> Rgb {

@@ -591,3 +591,42 @@ fn what_is_no_such_picture_is_refused() {
         .fails(&["this picture ends in row 2: its pixels are 986 bytes instead of 43200"]);
     shop.run("- - 160 90 --verify").refuses(&["not both"]);
 }
+
+/// Nothing is right about these pictures, and nothing of these scenes is ordinary.
+#[test]
+fn whatever_the_scene_and_the_size_there_is_a_verdict() {
+    let shop = Workshop::new();
+    let scenes = [
+        "VP 1 1 1 BG 9 9 9 OBJ_N 0",
+        "VP 3e38 3e38 3e38 BG 9 9 9 OBJ_N 2 S 3e38 -3e38 3e38 3e38 1 2 3 S 0 0 -3e38 1e38 7 7 7",
+        "VP 1e-45 1e-45 1e-45 BG 9 9 9 OBJ_N 2 S 0 0 1e-45 1e-45 7 7 7 S 1e-45 0 9e-45 1e-45 4 5 6",
+        "VP 1e-45 3e38 1 BG 9 9 9 OBJ_N 3 S 0 0 5 5 7 7 7 S 0 0 5 5 7 7 7 S 3 4 12 13 7 7 7",
+        "VP 3e38 1e-45 1 BG 7 7 7 OBJ_N 3 S 0 0 0 1e-45 7 7 7 S 0 0 -5 5 1 1 1 S 1 0 -2 1 2 2 2",
+    ];
+    for scene in scenes {
+        shop.write("odd.txt", scene.as_bytes());
+        for (width, height) in [
+            (1, 1),
+            (1, 9),
+            (9, 1),
+            (2, 2),
+            (3, 2),
+            (33, 17),
+            (1_100_000, 1),
+            (1, 5000),
+        ] {
+            for fill in [7, 8] {
+                let mut picture = format!("P6 {width} {height} 255\n").into_bytes();
+                picture.resize(picture.len() + width * height * 3, fill);
+                shop.write("picture.ppm", &picture);
+                let ran = shop.run(&format!("odd.txt picture.ppm {width} {height} --verify"));
+                assert!(
+                    ran.code == 0 || ran.stderr.contains(" pixels differ, "),
+                    "{}",
+                    ran.stderr
+                );
+                assert!(!ran.stderr.contains("internal"), "{scene}: {}", ran.stderr);
+            }
+        }
+    }
+}

@@ -5,7 +5,10 @@
 //! pixels are every second one of the `2n + 1` that go from edge to edge), and
 //! spheres that are seen behind the camera are spheres reflected in it.
 
-use std::ops::Range;
+use std::{
+    ops::Range,
+    time::{Duration, Instant},
+};
 
 use rayon::prelude::*;
 use sfera::{
@@ -172,6 +175,9 @@ const FITS: u64 = 10;
 /// Pixels times spheres for which every line is followed through every sphere.
 const MOST_TESTS: u64 = 200_000_000;
 
+/// After that no more is tried; only scenes made to be hard take so long.
+const PATIENCE: Duration = Duration::from_secs(30);
+
 /// The guess that explains the sample best, if it explains nearly all of it:
 /// found step by step, each time by the change that explains most.
 pub(super) fn best_fit(scene: &Scene, size: ImageSize, sample: &Sample) -> Option<Fit> {
@@ -182,21 +188,18 @@ pub(super) fn best_fit(scene: &Scene, size: ImageSize, sample: &Sample) -> Optio
         sample,
         behind: scene.spheres.iter().any(reaches_behind),
         inside: scene.spheres.iter().any(|sphere| is_around_camera(&sphere)),
+        start: Instant::now(),
     };
     let all = trial.wrong(Guess::RIGHT)?;
     let mut best = (Guess::RIGHT, all);
     loop {
-        let next = best
-            .0
-            .neighbours()
+        let trials = best.0.neighbours();
+        let next = trials
             .filter_map(|guess| Some((guess, trial.wrong(guess)?)))
-            .min_by_key(|&(_, wrong)| wrong)?;
-        if next.1 >= best.1 {
-            break;
-        }
-        best = next;
-        if best.1 == 0 {
-            break;
+            .min_by_key(|&(_, wrong)| wrong);
+        match next {
+            Some(next) if next.1 < best.1 => best = next,
+            _ => break,
         }
     }
     let (guess, wrong) = best;
@@ -215,6 +218,7 @@ struct Trial<'a> {
     /// in one: otherwise the guesses about that are the right picture.
     behind: bool,
     inside: bool,
+    start: Instant,
 }
 
 impl Trial<'_> {
@@ -234,7 +238,13 @@ impl Trial<'_> {
                 self.behind && tests? / share.max(1) <= MOST_TESTS
             }
         };
-        if !possible {
+        let viewport = self.scene.viewport;
+        let largest = [
+            f64::from(viewport.width) * columns.stretch,
+            f64::from(viewport.height) * rows.stretch,
+        ];
+        let fits = largest.iter().all(|&side| side <= f64::from(f32::MAX));
+        if !possible || !fits || self.start.elapsed() > PATIENCE {
             return None;
         }
         let altered;
