@@ -30,6 +30,9 @@ pub struct Verdict {
     /// The least change by which the pixel would show the colour found there;
     /// `None` if no change of its ray by some pixels would.
     pub cause: Option<Cause>,
+    /// The relative error of the squares in the textbook formula, `b^2 - 4ac`, that
+    /// would have this effect; infinite without a cause.
+    pub rounding: f64,
 }
 
 /// Why a pixel nearly shows something else.
@@ -123,7 +126,8 @@ impl<'scene> Judge<'scene> {
     pub fn judge(&self, pixel: (u32, u32), right: Rgb, found: Rgb) -> Verdict {
         let ray = Ray::new(&self.camera, pixel);
         let seen = self.seen(&ray, pixel, right);
-        let cause = self.cause(&ray, seen, found).map(|cause| match cause {
+        let estimate = self.verdict(&ray, seen, found);
+        let cause = estimate.cause.map(|cause| match cause {
             Cause::Outline { sphere, pixels } => Cause::Outline {
                 sphere,
                 pixels: self
@@ -138,7 +142,7 @@ impl<'scene> Judge<'scene> {
                     .unwrap_or(gap),
             },
         });
-        Verdict { seen, cause }
+        Verdict { cause, ..estimate }
     }
 
     /// As [`judge`](Self::judge) by doubles alone, which are wrong where it is about
@@ -150,9 +154,7 @@ impl<'scene> Judge<'scene> {
         let of_its_colour = candidates
             .iter()
             .find(|&&index| self.colour(Some(index)) == right);
-        let seen = of_its_colour.copied();
-        let cause = self.cause(&ray, seen, found);
-        Verdict { seen, cause }
+        self.verdict(&ray, of_its_colour.copied(), found)
     }
 
     /// What the pixel shows: the reference decides between those that may be nearest.
@@ -186,13 +188,30 @@ impl<'scene> Judge<'scene> {
         candidates.into_iter().map(|(index, _)| index).collect()
     }
 
-    fn cause(&self, ray: &Ray, seen: Option<usize>, found: Rgb) -> Option<Cause> {
+    /// By doubles, of a pixel that shows `seen`.
+    fn verdict(&self, ray: &Ray, seen: Option<usize>, found: Rgb) -> Verdict {
         let background = if found == self.scene.background {
             seen.and_then(|_| self.background_cause(ray))
         } else {
             None
         };
-        self.sphere_cause(ray, seen, found, background)
+        let cause = self.sphere_cause(ray, seen, found, background);
+        let of = |sphere: usize| self.scene.spheres.get(sphere);
+        let rounding = match cause {
+            None => f64::INFINITY,
+            Some(Cause::Outline { sphere, .. }) => ray.error_at_outline(&of(sphere)),
+            Some(Cause::Tie { sphere, gap }) => {
+                let both = seen.into_iter().chain([sphere]);
+                gap / both
+                    .map(|sphere| ray.error_growth(&of(sphere)))
+                    .sum::<f64>()
+            }
+        };
+        Verdict {
+            seen,
+            cause,
+            rounding,
+        }
     }
 
     fn colour(&self, seen: Option<usize>) -> Rgb {
@@ -332,6 +351,29 @@ impl Ray {
                 a / (b + root)
             },
         }
+    }
+
+    /// The error of `D`, by that of its squares, at which a sphere is met that is not,
+    /// or the other way round.
+    fn error_at_outline(&self, sphere: &Sphere) -> f64 {
+        let centre = sphere.centre.map(f64::from);
+        let a = dot(self.direction, self.direction);
+        let normal = cross(centre, self.direction);
+        let d = f64::from(sphere.radius).powi(2) * a - dot(normal, normal);
+        d.abs() / (a * dot(centre, centre))
+    }
+
+    /// By how much the relative error of a depth, `(B - sqrt D)/A`, is greater than
+    /// that of the squares in `D`.
+    fn error_growth(&self, sphere: &Sphere) -> f64 {
+        let centre = sphere.centre.map(f64::from);
+        let a = dot(self.direction, self.direction);
+        let b = dot(centre, self.direction).abs();
+        let normal = cross(centre, self.direction);
+        let d = f64::from(sphere.radius).powi(2) * a - dot(normal, normal);
+        let root = d.max(0.0).sqrt();
+        let of_root = a * dot(centre, centre) / (2.0 * root);
+        (of_root + b + root) / (b - root).abs()
     }
 
     /// Pixels to the outline, of a sphere that has one before the camera.

@@ -439,6 +439,31 @@ fn the_textbook_in_floats_is_rounding() {
     .succeeds();
 }
 
+/// Far spheres are many pixels off in the textbook formula, which is rounding all
+/// the same; and a mistake in a picture of them is none.
+#[test]
+fn far_spheres_are_judged_by_what_rounding_does_to_them() {
+    let shop = Workshop::new();
+    let far = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/far.txt");
+    shop.run(&format!("{far} picture.ppm 160 90 --method textbook"))
+        .succeeds();
+    let line = format!("{far} picture.ppm 160 90 --verify");
+    shop.run(&line).fails(&["this is rounding in floats"]);
+
+    shop.run(&format!("{far} fine.ppm 321 181")).succeeds();
+    let fine = shop.read("fine.ppm");
+    let fine: Vec<&[u8]> = fine[fine.len() - 321 * 181 * 3..].chunks(3).collect();
+    let mut picture = b"P6 160 90 255 ".to_vec();
+    for row in 0..90 {
+        for column in 0..160 {
+            picture.extend(fine[(2 * row + 1) * 321 + 2 * column + 1]);
+        }
+    }
+    shop.write("picture.ppm", &picture);
+    shop.run(&line)
+        .fails(&["through (i+1/2)/W and (j+1/2)/H of"]);
+}
+
 #[test]
 fn the_first_ten_are_shown_and_all_are_counted() {
     let shop = shop();

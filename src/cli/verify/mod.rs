@@ -165,6 +165,8 @@ struct Judgement {
     worst: Option<(Wrong, Verdict)>,
     /// How many were looked at for that.
     looked_at: usize,
+    /// The error of the textbook formula that explains all of those.
+    rounding: f64,
     fit: Option<Fit>,
     /// Spheres that are named, in rising order, and their lines.
     lines: Vec<(usize, Option<u64>)>,
@@ -173,8 +175,9 @@ struct Judgement {
 /// Wrong pixels times spheres that are looked at: some seconds.
 const MOST_ESTIMATES: usize = 200_000_000;
 
-/// Pixels or a share of the depth within which rounding is the likely cause.
-const ROUNDING: f64 = 1e-2;
+/// Pixels or a share of the depth within which no other cause than rounding is
+/// looked for.
+const NEAR: f64 = 1e-2;
 
 impl Judgement {
     fn of(job: &Job, scene: &Scene, text: &SceneText<'_>, tally: &Tally) -> Self {
@@ -186,13 +189,11 @@ impl Judgement {
         let first: Vec<Verdict> = tally.first.iter().map(verdict).collect();
         let affordable = MOST_ESTIMATES / scene.spheres.len().max(1);
         let looked_at = tally.spread(affordable.max(tally.first.len()));
-        let worst = worst(&judge, &looked_at);
-        let is_rounding = worst.is_some_and(|(_, verdict)| {
-            verdict
-                .cause
-                .is_some_and(|cause| cause.distance() <= ROUNDING)
+        let (worst, rounding) = worst(&judge, &looked_at).unzip();
+        let is_near = worst.is_some_and(|(_, verdict)| {
+            verdict.cause.is_some_and(|cause| cause.distance() <= NEAR)
         });
-        let fit = if is_rounding {
+        let fit = if is_near {
             None
         } else {
             guess::best_fit(scene, job.size(), &tally.sample)
@@ -205,6 +206,7 @@ impl Judgement {
             first,
             worst,
             looked_at: looked_at.len(),
+            rounding: rounding.unwrap_or_default(),
             fit,
             lines,
         }
@@ -218,24 +220,24 @@ impl Judgement {
     }
 }
 
-/// The wrong pixel that is farthest from an outline or a tie that would excuse it.
-fn worst(judge: &Judge<'_>, wrong: &[Wrong]) -> Option<(Wrong, Verdict)> {
+/// The wrong pixel that is farthest from an outline or a tie that would excuse it, and
+/// the rounding that would excuse all of them.
+fn worst(judge: &Judge<'_>, wrong: &[Wrong]) -> Option<((Wrong, Verdict), f64)> {
     use rayon::prelude::*;
-    let distance = |wrong: &Wrong| {
-        let verdict = judge.estimate(wrong.pixel, wrong.right, wrong.found);
-        verdict.cause.map_or(f64::INFINITY, Cause::distance)
-    };
-    // Of equals the first, whatever the threads do.
-    let (_, worst) = wrong
+    let estimates: Vec<Verdict> = wrong
         .par_iter()
-        .enumerate()
-        .map(|(index, pixel)| (distance(pixel), index))
-        .reduce_with(|one, other| {
-            let order = one.0.total_cmp(&other.0).then(other.1.cmp(&one.1));
-            if order.is_ge() { one } else { other }
-        })?;
-    let worst = wrong[worst];
-    Some((worst, judge.judge(worst.pixel, worst.right, worst.found)))
+        .map(|wrong| judge.estimate(wrong.pixel, wrong.right, wrong.found))
+        .collect();
+    let rounding = estimates.iter().map(|verdict| verdict.rounding);
+    let rounding = rounding.fold(0.0, f64::max);
+    let distance = |verdict: &Verdict| verdict.cause.map_or(f64::INFINITY, Cause::distance);
+    let (worst, _) = wrong
+        .iter()
+        .zip(&estimates)
+        .rev()
+        .max_by(|(_, one), (_, other)| distance(one).total_cmp(&distance(other)))?;
+    let verdict = judge.judge(worst.pixel, worst.right, worst.found);
+    Some(((*worst, verdict), rounding))
 }
 
 /// The lines of all spheres that verdicts name.

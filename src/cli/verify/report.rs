@@ -9,7 +9,7 @@ use sfera::{
 };
 
 use super::{
-    Judgement, ROUNDING,
+    Judgement,
     guess::{Depth, Fit, Guess, Orientation, Rule},
     tally::{Tally, Wrong},
 };
@@ -20,6 +20,11 @@ use crate::cli::{
     statistics::{Clock, Style},
     tell,
 };
+
+/// Relative errors of the squares in `b^2 - 4ac` that rounding makes: 16 roundings
+/// or fewer, of vectors that were normalised before.
+const DOUBLES: f64 = 16.0 * f64::EPSILON;
+const FLOATS: f64 = 16.0 * f32::EPSILON as f64;
 
 /// Everything that was found out.
 pub(super) struct Findings<'a> {
@@ -92,13 +97,20 @@ impl Findings<'_> {
         if let Some(fit) = &self.judgement.fit {
             return Some(format!("the picture fits if {}", words(fit.guess)));
         }
-        let (_, worst) = self.judgement.worst?;
-        Some(match worst.cause.map(Cause::distance) {
-            Some(distance) if distance <= ROUNDING => "this is rounding: \
-                every pixel looked at is beside an outline or a tie"
-                .to_owned(),
-            _ => "this is more than rounding".to_owned(),
-        })
+        self.judgement.worst?;
+        let rounding = self.judgement.rounding;
+        let kind = if rounding <= DOUBLES {
+            "doubles"
+        } else if rounding <= FLOATS {
+            "floats"
+        } else {
+            return Some("this is more than rounding".to_owned());
+        };
+        Some(format!(
+            "this is rounding in {kind}: an error of {} in the squares of the textbook formula \
+             explains every pixel looked at",
+            short(rounding)
+        ))
     }
 
     fn text(&self) -> String {
@@ -201,7 +213,7 @@ impl Findings<'_> {
         format!(
             "{{\"image\":{},\"width\":{},\"height\":{},\"rows\":[{},{}],\"spheres\":{},\"method\":\"{}\",\
              \"pixels\":{},\"wrong\":{},\"wrong_per_million\":{},\"wrong_rows\":{},\"wrong_row_ranges\":[{}],\
-             \"all_ranges\":{all},\"first\":[{}],\"worst\":{worst},\"looked_at\":{},\"fit\":{},\
+             \"all_ranges\":{all},\"first\":[{}],\"worst\":{worst},\"looked_at\":{},\"rounding\":{},\"fit\":{},\
              \"conclusion\":{},\"milliseconds\":{{{}}}}}",
             json_string(&self.name()),
             size.width(),
@@ -217,6 +229,7 @@ impl Findings<'_> {
             told.join(","),
             first.join(","),
             judgement.looked_at,
+            json_number(judgement.rounding),
             judgement.fit.as_ref().map_or("null".to_owned(), json_fit),
             self.conclusion()
                 .map_or("null".to_owned(), |words| json_string(&words)),
@@ -245,7 +258,11 @@ impl Findings<'_> {
                     json_number(cause.distance())
                 )
             });
-            let _ = write!(json, ",\"sphere\":{seen},\"near\":{cause}");
+            let rounding = json_number(verdict.rounding);
+            let _ = write!(
+                json,
+                ",\"sphere\":{seen},\"near\":{cause},\"rounding\":{rounding}"
+            );
         }
         json.push('}');
         json
