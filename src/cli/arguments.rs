@@ -1,6 +1,7 @@
 //! The command line.
 
 use std::{
+    env,
     io::{self, Write},
     ops::Range,
     path::{Path, PathBuf},
@@ -11,7 +12,7 @@ use std::{
 use clap::{ArgAction, CommandFactory, Parser, ValueEnum, error::ErrorKind};
 use sfera::{
     camera::ImageSize,
-    name::shown,
+    name::{printable, shown},
     render::{Form, Method},
 };
 
@@ -156,7 +157,9 @@ impl Arguments {
     pub(crate) fn read() -> Result<Self, Failure> {
         Self::try_parse().or_else(|answer| {
             if answer.use_stderr() {
-                answer.exit()
+                // The same mistake, without what a terminal would obey.
+                let shown = env::args_os().map(|argument| printable(argument.as_encoded_bytes()));
+                Self::try_parse_from(shown).err().unwrap_or(answer).exit()
             }
             answer
                 .print()
@@ -369,7 +372,7 @@ Exit codes:
     0  the image is complete; with --verify, every pixel is right
     1  something failed; standard error says what, and what would mend it
     2  the command line is wrong
-  129, 130, 143  hung up, interrupted, terminated; 141  nobody reads the output";
+  128 + N  ended by signal N, as 130 by an interrupt; 141  nobody reads the output";
 
 /// Beside the options, on the manual page.
 const LONG_HELP: &str = "\
@@ -400,7 +403,7 @@ Exit codes:
     0  the image is complete (with --verify: every pixel is right)
     1  something failed; one line on standard error says what, and what would mend it
     2  the command line is wrong
-  130  interrupted (SIGINT); 143 terminated (SIGTERM); 129 hung up (SIGHUP)
+  128 + N  ended by signal N: 130 interrupted (SIGINT), 143 terminated (SIGTERM), 129 hung up (SIGHUP)
   141  nobody reads standard output any more
 
 Only with --rows is an image changed in place. Otherwise it appears under its name when it is complete,

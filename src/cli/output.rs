@@ -5,6 +5,12 @@ use std::{
     io,
     ops::Range,
     path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread,
+    time::Duration,
 };
 
 use sfera::{
@@ -16,7 +22,7 @@ use sfera::{
 use super::{
     Failure,
     arguments::{Job, Mode},
-    png, signals, system,
+    png, signals, system, tell,
 };
 
 /// The files of the command line, and what may not become of them.
@@ -230,9 +236,7 @@ impl Output {
             Target::Stream(open, size) => {
                 let mut stream = match open.take() {
                     Some(stream) => stream,
-                    None => OpenOptions::new()
-                        .write(true)
-                        .open(path)
+                    None => opened(path, OpenOptions::new().write(true), "read it")
                         .map_err(|error| lost(path, error))?,
                 };
                 if png::is_name_of_png(path) {
@@ -260,6 +264,29 @@ impl Output {
         }
         Ok(())
     }
+}
+
+/// Opens what may be a pipe. That waits for somebody to do `other` at its other end,
+/// and after a while says so.
+pub(crate) fn opened(path: &Path, options: &OpenOptions, other: &'static str) -> io::Result<File> {
+    const PATIENCE: Duration = Duration::from_secs(1);
+    let done = Arc::new(AtomicBool::new(false));
+    if system::is_pipe(path) {
+        let (done, path) = (Arc::clone(&done), path.to_owned());
+        // Without the thread it is waited for in silence.
+        let _ = thread::Builder::new().spawn(move || {
+            thread::sleep(PATIENCE);
+            if !done.load(Ordering::SeqCst) {
+                tell(format_args!(
+                    "sfera: {}: this is a pipe; waiting for another program to {other}",
+                    shown(&path)
+                ));
+            }
+        });
+    }
+    let file = options.open(path);
+    done.store(true, Ordering::SeqCst);
+    file
 }
 
 /// What messages call a file.

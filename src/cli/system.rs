@@ -6,7 +6,7 @@ use std::{
     io,
 };
 
-pub(crate) use self::kind::{descriptor, is_device, is_stream, may_write, own_descriptor};
+pub(crate) use self::kind::{descriptor, is_device, is_pipe, is_stream, may_write, own_descriptor};
 
 /// Standard input as a file of its own.
 pub(crate) fn stdin() -> io::Result<File> {
@@ -46,6 +46,11 @@ mod kind {
     /// Whether nothing is lost by writing there.
     pub(crate) fn is_device(metadata: &Metadata) -> bool {
         metadata.file_type().is_char_device()
+    }
+
+    /// Whether opening it waits for another program.
+    pub(crate) fn is_pipe(path: &Path) -> bool {
+        fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_fifo())
     }
 
     /// That a stream may be written, without opening it.
@@ -133,6 +138,11 @@ mod kind {
 
     /// Whether nothing is lost by writing there.
     pub(crate) fn is_device(_metadata: &Metadata) -> bool {
+        false
+    }
+
+    /// None has a name.
+    pub(crate) fn is_pipe(_path: &Path) -> bool {
         false
     }
 

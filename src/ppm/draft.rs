@@ -32,12 +32,16 @@ impl Draft {
         watch: Watch,
     ) -> Result<(File, Self), ImageError> {
         let folder = folder_of(target);
-        if let Some(file) = system::unnamed_file(folder, private) {
+        let lock = system::attributes(folder).lock();
+        if lock != Some('i')
+            && let Some(file) = system::unnamed_file(folder, private)
+        {
             return Ok((file, Self { name: None, watch }));
         }
-        if system::attributes(folder).append_only {
-            return Err(ImageError::AppendOnlyDirectory {
+        if let Some(attribute) = lock {
+            return Err(ImageError::LockedDirectory {
                 path: target.to_owned(),
+                attribute,
             });
         }
         let (file, name) =

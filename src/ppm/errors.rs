@@ -87,14 +87,17 @@ pub enum ImageError {
         /// The name asked for.
         path: PathBuf,
     },
-    /// In the directory files can be made, but neither replaced nor removed.
+    /// An attribute of the directory keeps files in it from being made, or from
+    /// being replaced or removed.
     #[error(
-        "{}: its directory has an attribute by which files can be added, but not replaced or removed; name a file in another directory, or take the attribute away with chattr -a",
+        "{}: its directory is kept from being changed by an attribute ({attribute}); name a file in another directory, or take the attribute away with chattr -{attribute}",
         shown(path)
     )]
-    AppendOnlyDirectory {
+    LockedDirectory {
         /// The name asked for.
         path: PathBuf,
+        /// As `chattr` calls it: `i`, or `a` where files can be added.
+        attribute: char,
     },
     /// What is there is not what was there when the drawing began.
     #[error(

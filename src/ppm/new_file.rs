@@ -4,9 +4,9 @@ use std::{fs::File, path::Path};
 
 use super::{
     draft::Draft,
-    errors::{ImageError, refused},
+    errors::{ImageError, WRITE, refused},
     event::Watch,
-    system::Permissions,
+    system::{self, Permissions},
     target::Target,
 };
 
@@ -96,6 +96,7 @@ impl NewFile {
             target,
             permissions,
         } = becoming;
+        system::settle(&file).map_err(refused(&target.path, WRITE))?;
         draft.publish(&file, &target, || {
             let there = target.look_again()?;
             let now = match &there {

@@ -110,6 +110,8 @@ impl SharedImage {
         draw: impl FnMut(Range<u32>, &mut [u8]),
     ) -> Result<(), ImageError> {
         self.rows.draw(rows, draw)?;
+        let Rows { file, path, .. } = &self.rows;
+        system::settle(file).map_err(refused(path, WRITE))?;
         self.still_has_its_name()
     }
 

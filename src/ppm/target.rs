@@ -129,11 +129,8 @@ fn may_write(path: &Path, found: &Metadata) -> Result<(), ImageError> {
     if !found.is_file() {
         return Err(ImageError::NotAFile { path });
     }
-    let attributes = system::attributes(&path);
-    for (set, attribute) in [(attributes.immutable, 'i'), (attributes.append_only, 'a')] {
-        if set {
-            return Err(ImageError::Locked { path, attribute });
-        }
+    if let Some(attribute) = system::attributes(&path).lock() {
+        return Err(ImageError::Locked { path, attribute });
     }
     match system::may_write(&path, found) {
         Ok(true) => Ok(()),
@@ -151,8 +148,8 @@ fn may_replace(path: &Path, found: &Metadata) -> Result<(), ImageError> {
     if mount_root {
         return Err(ImageError::Mounted { path });
     }
-    if system::attributes(folder).append_only {
-        return Err(ImageError::AppendOnlyDirectory { path });
+    if let Some(attribute) = system::attributes(folder).lock() {
+        return Err(ImageError::LockedDirectory { path, attribute });
     }
     let folder = fs::metadata(folder).map_err(refused(&path, "look at its directory"))?;
     if system::only_owner_replaces(&folder, found) {

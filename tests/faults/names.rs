@@ -239,6 +239,16 @@ fn a_directory_that_only_grows_is_told_before_anything_is_drawn() {
     new.succeeds();
     assert_eq!(shop.names(), ["balls.txt", "image.ppm", "new.ppm"]);
 
+    chattr("+i", ".");
+    let ran = ["image.ppm", "new.ppm", "other.ppm"]
+        .map(|name| shop.run(&format!("balls.txt {name} 64 48")));
+    let rows = shop.run("balls.txt other.ppm 64 48 --rows 0..4");
+    chattr("-i", ".");
+    for ran in ran {
+        ran.fails(&[".ppm", "chattr -i"]);
+    }
+    rows.fails(&["other.ppm", "chattr -i"]);
+
     for (attribute, remedy) in [("i", "chattr -i"), ("a", "chattr -a")] {
         chattr(&format!("+{attribute}"), "image.ppm");
         let ran = ["", "--rows 0..4"]
@@ -351,6 +361,9 @@ fn a_name_is_shown_on_one_line() {
         run(&["balls.txt", name, "64", "48", "--verify"]).fails(&[shown]);
         run(&[name, "image.ppm", "64", "48"]).says(&[shown]);
     }
+    run(&["balls.txt", "image.ppm", "64", "48", "two\nlines\u{1b}[2J"])
+        .refuses(&["two\\x0alines\\x1b[2J"]);
+    run(&["balls.txt", "two\nlines.gif", "64", "48"]).refuses(&["two\\x0alines"]);
     fs::create_dir(shop.path("two\nlines")).expect("a folder");
     run(&["balls.txt", "two\nlines", "64", "48"]).fails(&["two\\x0alines", "directory"]);
 }

@@ -185,6 +185,33 @@ fn assert_harmless(shop: &Workshop, image: &str, ran: &Ran, what: &str) {
     }
 }
 
+/// As on a disk of the network, which may tell when what was written is sent.
+#[test]
+fn a_disk_that_refuses_at_the_end_is_told() {
+    let Some(disk) = Disk::new("a disk that refuses at the end", "ramfs", "mode=0755") else {
+        return;
+    };
+    let shop = Workshop::within(disk.at.path());
+    shop.write("image.ppm", OLD);
+    shop.run("balls.txt rows.ppm 64 48 --rows 0..4").succeeds();
+    for line in [
+        "image.ppm 64 48",
+        "image.png 64 48",
+        "rows.ppm 64 48 --rows 0..4",
+    ] {
+        let ran = shop.run_shell(&format!(
+            "exec strace -f -o /dev/null -e inject=fdatasync:error=ENOSPC $SFERA balls.txt {line}"
+        ));
+        if ran.stderr.contains("strace") {
+            eprintln!("skipped: no strace here: {}", ran.stderr);
+            return;
+        }
+        ran.fails(&["no space left", "free some space"]);
+        assert_eq!(shop.read("image.ppm"), OLD);
+        assert_eq!(shop.names(), ["balls.txt", "image.ppm", "rows.ppm"]);
+    }
+}
+
 #[test]
 fn a_line_of_statistics_is_written_in_one_piece() {
     let shop = Workshop::new();

@@ -248,6 +248,23 @@ fn pipes_are_opened_when_there_is_something_to_write() {
 }
 
 #[test]
+fn a_pipe_that_is_waited_for_is_told() {
+    let shop = Workshop::new();
+    assert_eq!(shop.run_shell("exec mkfifo pipe").code, 0);
+    for (options, word) in [("", "read it"), ("--verify", "write it")] {
+        let ran = shop.run_shell(&format!(
+            "exec timeout 3 $SFERA balls.txt pipe 64 48 {options}"
+        ));
+        assert!(ran.code == 124 || ran.code == 143, "{}", ran.code);
+        ran.says(&[
+            "sfera: pipe: this is a pipe",
+            "waiting for another program",
+            word,
+        ]);
+    }
+}
+
+#[test]
 fn a_lock_that_is_waited_for_is_told() {
     let shop = Workshop::new();
     for (quiet, told) in [("", true), ("--quiet", false)] {

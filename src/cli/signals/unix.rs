@@ -5,7 +5,7 @@ use std::{
     os::unix::ffi::OsStrExt,
     path::Path,
     sync::{
-        OnceLock,
+        Once, OnceLock,
         atomic::{AtomicBool, AtomicUsize, Ordering},
     },
     time::Duration,
@@ -26,7 +26,8 @@ const ENDINGS: [i32; 16] = [
     SIGTERM, SIGXCPU, SIGVTALRM, SIGPROF, SIGSYS,
 ];
 
-/// Such signals of Linux alone.
+/// Such signals of Linux alone, of which nobody thinks as long as there is nothing to
+/// remove.
 #[cfg(target_os = "linux")]
 fn more_endings() -> impl Iterator<Item = i32> {
     [libc::SIGSTKFLT, libc::SIGIO, libc::SIGPWR]
@@ -65,11 +66,13 @@ static ENDING: AtomicBool = AtomicBool::new(false);
 /// Makes signals exit codes and messages. Those that whoever started the program
 /// wants ignored (`nohup`, a shell's background job) stay ignored.
 pub(crate) fn prepare() {
-    for signal in ENDINGS.into_iter().chain(more_endings()) {
-        handle(signal, end as extern "C" fn(i32) as libc::sighandler_t);
-    }
+    ENDINGS.into_iter().for_each(handle_end);
     // A file past the limit on file sizes: the signal does nothing, the call fails.
     handle(SIGXFSZ, libc::SIG_IGN);
+}
+
+fn handle_end(signal: i32) {
+    handle(signal, end as extern "C" fn(i32) as libc::sighandler_t);
 }
 
 /// Sets what a signal does, in place of all that was to be done before; nothing
@@ -160,7 +163,11 @@ pub(crate) fn watch_quietly(event: Event<'_>) {
 }
 
 fn note(temporary: &Path) {
-    leave_time_to_clean_up();
+    static FIRST: Once = Once::new();
+    FIRST.call_once(|| {
+        more_endings().for_each(handle_end);
+        leave_time_to_clean_up();
+    });
     if let Ok(name) = CString::new(temporary.as_os_str().as_bytes()) {
         let free = TEMPORARIES.iter().find(|slot| slot.get().is_none());
         if let Some(slot) = free {

@@ -1,14 +1,14 @@
 //! The picture that is judged.
 
 use std::{
-    fs::{self, File},
+    fs::{self, File, OpenOptions},
     io::{self, BufReader, Read},
     path::Path,
 };
 
 use sfera::{camera::ImageSize, ppm::Picture};
 
-use crate::cli::{Failure, STANDARD_INPUT, png};
+use crate::cli::{Failure, STANDARD_INPUT, output, png, system};
 
 /// A picture that gives its rows from the top.
 pub(super) enum Found {
@@ -20,14 +20,27 @@ pub(super) enum Found {
 impl Found {
     /// Opens a file, a pipe, or standard input for `-`, and goes to `row`.
     pub(super) fn open(path: &Path, size: ImageSize, row: u32) -> Result<Self, Failure> {
+        if system::is_pipe(path) {
+            let file = output::opened(path, OpenOptions::new().read(true), "write it")
+                .map_err(|error| output::unread(path, error))?;
+            return Self::stream(Box::new(file), path, size, row);
+        }
         if path != Path::new("-") {
             if is_png(path) {
                 return Ok(Self::Png(Box::new(png::Picture::open(path, size, row)?)));
             }
             return Ok(Self::File(Picture::open(path, size, row)?));
         }
-        let stdin: Box<dyn Read> = Box::new(io::stdin());
-        let mut picture = Picture::new(BufReader::new(stdin), STANDARD_INPUT.as_ref(), size)?;
+        Self::stream(Box::new(io::stdin()), STANDARD_INPUT.as_ref(), size, row)
+    }
+
+    fn stream(
+        stream: Box<dyn Read>,
+        name: &Path,
+        size: ImageSize,
+        row: u32,
+    ) -> Result<Self, Failure> {
+        let mut picture = Picture::new(BufReader::new(stream), name, size)?;
         picture.pass_over(row)?;
         Ok(Self::Stream(picture))
     }

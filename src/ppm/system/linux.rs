@@ -80,6 +80,30 @@ pub(super) fn allocate(file: &File, bytes: u64) -> Result<bool, Errno> {
     Ok(keeps_blocks)
 }
 
+/// Waits until what was written is where it can't be refused any more. Local file
+/// systems refuse when it is written; those of a network may do so when it is sent.
+pub(in crate::ppm) fn settle(file: &File) -> io::Result<()> {
+    const LOCAL: [u32; 10] = [
+        EXT,
+        TMPFS,
+        F2FS,
+        XFS,
+        0x9123_683e, // btrfs
+        0x794c_7630, // overlayfs
+        0x2fc1_2fc1, // zfs
+        0xca45_1a4e, // bcachefs
+        0x4d44,      // vfat
+        0x2011_bab0, // exfat
+    ];
+    if LOCAL.contains(&file_system(file)) {
+        return Ok(());
+    }
+    match rustix::fs::fdatasync(file) {
+        Ok(()) | Err(Errno::INVAL | Errno::NOSYS | Errno::OPNOTSUPP) => Ok(()),
+        Err(error) => Err(error.into()),
+    }
+}
+
 const EXT: u32 = 0xef53; // ext2, ext3 and ext4
 const TMPFS: u32 = 0x0102_1994;
 const F2FS: u32 = 0xf2f5_2010;

@@ -21,9 +21,9 @@ use std::{
 };
 
 #[cfg(target_os = "linux")]
-pub(super) use self::linux::{attributes, link, short_name, unnamed_file};
+pub(super) use self::linux::{attributes, link, settle, short_name, unnamed_file};
 #[cfg(not(target_os = "linux"))]
-pub(super) use self::named::{attributes, link, short_name, unnamed_file};
+pub(super) use self::named::{attributes, link, settle, short_name, unnamed_file};
 #[cfg(not(unix))]
 use self::other as kind;
 #[cfg(not(unix))]
@@ -47,6 +47,21 @@ pub(super) struct Attributes {
     pub(super) append_only: bool,
     /// Something is mounted there.
     pub(super) mount_root: bool,
+}
+
+impl Attributes {
+    /// The one that keeps even root from changing it, as `chattr` calls it.
+    pub(super) fn lock(self) -> Option<char> {
+        match self {
+            Self {
+                immutable: true, ..
+            } => Some('i'),
+            Self {
+                append_only: true, ..
+            } => Some('a'),
+            _ => None,
+        }
+    }
 }
 
 /// Whether a name ends as only that of a directory can.

@@ -28,3 +28,8 @@ pub(in crate::ppm) fn short_name(_folder: &Path) -> Option<(File, PathBuf)> {
 pub(in crate::ppm) fn attributes(_path: &Path) -> Attributes {
     Attributes::default()
 }
+
+/// What was written is not waited for.
+pub(in crate::ppm) fn settle(_file: &File) -> io::Result<()> {
+    Ok(())
+}
