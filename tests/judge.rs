@@ -439,6 +439,29 @@ fn the_textbook_in_floats_is_rounding() {
     .succeeds();
 }
 
+/// Of a large picture every other block of rows is looked at.
+#[test]
+fn a_mistake_in_a_large_picture_is_named() {
+    let shop = Workshop::new();
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/example.txt");
+    shop.run(&format!("{example} picture.ppm 1920 1080"))
+        .succeeds();
+    let picture = shop.read("picture.ppm");
+    let (header, pixels) = picture.split_at(picture.len() - 1920 * 1080 * 3);
+    let flipped: Vec<&[u8]> = pixels.chunks(1920 * 3).rev().collect();
+    shop.write("picture.ppm", &[header, &flipped.concat()].concat());
+    for rows in ["", "--rows 100..1077"] {
+        let ran = shop
+            .run(&format!("{example} picture.ppm 1920 1080 --verify {rows}"))
+            .fails(&["the picture fits if it is upside down"]);
+        let text = stdout(&ran);
+        assert!(
+            text.contains("then 0 of 1") || text.contains("then 0 of 9"),
+            "{text}"
+        );
+    }
+}
+
 /// Far spheres are many pixels off in the textbook formula, which is rounding all
 /// the same; and a mistake in a picture of them is none.
 #[test]

@@ -205,3 +205,51 @@ impl Ranges {
         words.join(", ")
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wrong(number: u64) -> Wrong {
+        Wrong {
+            pixel: (number as u32, 0),
+            found: [0; 3],
+            right: [1; 3],
+        }
+    }
+
+    #[test]
+    fn what_is_kept_of_many_wrong_pixels_is_little_and_from_all_of_them() {
+        for count in [0, 1, 16_384, 16_385, 100_000, 1_000_000] {
+            let mut spread = Spread::default();
+            (0..count).for_each(|number| spread.offer(number, wrong(number)));
+            let kept = &spread.kept;
+            assert!(kept.len() <= Spread::MOST && kept.len() as u64 >= count.min(8192));
+            let step = count.div_ceil(Spread::MOST as u64).next_power_of_two();
+            for (index, pixel) in kept.iter().enumerate() {
+                assert_eq!(*pixel, wrong(index as u64 * step), "{count}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_sample_is_blocks_of_rows_from_all_of_the_picture() {
+        let size = ImageSize::new(2048, 3000).expect("a size with pixels");
+        let mut tally = Tally::new(size, 40..3000);
+        let row = vec![0; size.row_bytes()];
+        for first in (40..3000).step_by(37) {
+            let rows = first..(first + 37).min(3000);
+            let pixels = row.repeat(rows.len());
+            tally.compare(rows, &pixels, &pixels);
+        }
+        let sample = &tally.sample;
+        assert!((1 << 19..=(1 << 20) + 16 * 2048).contains(&sample.pixels()));
+        for (index, (rows, pixels)) in sample.pieces.iter().enumerate() {
+            let start = 40 + index as u32 * 16 * 6;
+            assert_eq!(*rows, start..(start + 16).min(3000));
+            assert_eq!(pixels.len(), rows.len() * size.row_bytes());
+        }
+        assert_eq!(sample.pieces.len(), 31);
+        assert_eq!((tally.wrong, tally.first.len()), (0, 0));
+    }
+}
