@@ -528,6 +528,16 @@ mod tests {
             cause(WHITE),
             Some(Cause::Outline { sphere: 0, .. })
         ));
+
+        // A small sphere close to the ray, behind a large one: both outlines are in the way.
+        let scene =
+            Scene::parse(b"VP 1 1 1 BG 9 9 9 OBJ_N 2 S 0 0 4 1 200 0 0 S 0.3 0 8 0.1 255 255 255");
+        let scene = scene.expect("a scene");
+        let hidden = Judge::new(&scene, size(11, 11)).judge((5, 5), RED, WHITE);
+        assert!(
+            (pixels(hidden) - 10.0 / 15.0_f64.sqrt()).abs() < 1e-9,
+            "{hidden:?}"
+        );
     }
 
     #[test]
