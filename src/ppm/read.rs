@@ -340,6 +340,8 @@ fn foreign(magic: [Option<u8>; 2]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     fn size(width: u32, height: u32) -> ImageSize {
@@ -437,6 +439,29 @@ mod tests {
             for read in read(bytes.as_bytes(), size(1, 1)) {
                 let message = read.expect_err(bytes);
                 assert!(message.contains(words), "{bytes:?}: {message}");
+            }
+        }
+    }
+
+    proptest! {
+        /// Whatever the bytes, a stream and a file are the same picture or both none,
+        /// but for a first pixel that looks like a line end.
+        #[test]
+        fn any_bytes_are_a_picture_or_a_message(
+            bytes in "P6[ #\\n\\t1]{1,4}[ 12]{1,3}\\s[0-9 ]{1,5}#?[a-z\\n \\r]{0,9}",
+        ) {
+            let [stream, file] = read(bytes.as_bytes(), size(1, 2));
+            prop_assert!(stream.is_ok() == file.is_ok() || bytes.contains("\r\n"));
+            if let (Ok(stream), Ok(file)) = (&stream, &file) {
+                prop_assert!(stream == file || bytes.contains("\r\n"));
+            }
+        }
+
+        #[test]
+        fn no_bytes_make_it_panic(mut bytes in prop::collection::vec(any::<u8>(), 0..40)) {
+            for begin in [b"P6".as_slice(), b"P6 1 2 255", b""] {
+                bytes.splice(..bytes.len().min(begin.len()), begin.iter().copied());
+                let _ = read(&bytes, size(1, 2));
             }
         }
     }
