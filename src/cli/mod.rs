@@ -158,11 +158,16 @@ fn render(job: &Job, workers: &Workers) -> Result<(), Failure> {
     progress.finish();
     clock.lap("render");
 
-    if let Some(marks) = marks {
-        draw_difference(job, marks, &scene, &renderer, &places)?;
-    }
+    let wrong = match marks {
+        Some(marks) => Some(draw_difference(job, marks, &scene, &renderer, &places)?),
+        None => None,
+    };
     output.publish(&places)?;
     clock.lap("publish");
+    if let Some(wrong) = wrong.filter(|_| !job.quiet) {
+        let pixels = size.pixels();
+        tell(format_args!("{wrong} of {pixels} pixels differ from exact"));
+    }
     if let Some(style) = job.stats {
         Report {
             job,
@@ -205,28 +210,22 @@ fn renderer<'scene>(job: &Job, scene: &'scene Scene) -> Renderer<'scene> {
     Renderer::new(scene, job.size(), job.method(), job.form())
 }
 
-/// `--diff`: a second image, of the pixels that the method draws wrong.
+/// `--diff`: a second image, of the pixels that the method draws wrong. Returns how
+/// many they are.
 fn draw_difference(
     job: &Job,
     mut output: Output,
     scene: &Scene,
     renderer: &Renderer<'_>,
     places: &Places,
-) -> Result<(), Failure> {
+) -> Result<u64, Failure> {
     let mut marker = Marker::new(scene, job.size());
     output.draw(job.rows(), |rows, pixels| {
         renderer.draw(rows.clone(), pixels, &|_| ());
         marker.mark(rows, pixels);
     })?;
     output.publish(places)?;
-    if !job.quiet {
-        tell(format_args!(
-            "{} of {} pixels differ from exact",
-            marker.wrong,
-            job.size().pixels()
-        ));
-    }
-    Ok(())
+    Ok(marker.wrong)
 }
 
 /// `--compare`: the exact image, and a table of what the others make of it.
