@@ -251,8 +251,11 @@ impl Output {
 
     /// Gives the image its name; what was drawn in place or written is there already.
     pub(crate) fn publish(self, places: &Places) -> Result<(), Failure> {
-        if matches!(self.target, Target::InPlace(_) | Target::Stream(..)) {
-            return Ok(());
+        // What may take long can be interrupted.
+        match &self.target {
+            Target::Whole(image) => image.settle()?,
+            Target::Png(new, _) => new.settle()?,
+            Target::InPlace(_) | Target::Stream(..) => return Ok(()),
         }
         // The scene may have got this name while the image was drawn.
         places.check()?;

@@ -30,7 +30,10 @@ mod kind {
         path::Path,
     };
 
-    use rustix::fs::{Access, AtFlags, CWD};
+    use rustix::{
+        fs::{Access, AtFlags, CWD},
+        io::Errno,
+    };
 
     use super::{File, Metadata, io};
 
@@ -108,8 +111,22 @@ mod kind {
     #[cfg(target_os = "linux")]
     fn other_descriptor(number: i32) -> io::Result<File> {
         use rustix::process::{PidfdFlags, PidfdGetfdFlags, getpid, pidfd_getfd, pidfd_open};
-        let this = pidfd_open(getpid(), PidfdFlags::empty())?;
-        Ok(pidfd_getfd(this, number, PidfdGetfdFlags::empty())?.into())
+        let copy = pidfd_open(getpid(), PidfdFlags::empty())
+            .and_then(|this| pidfd_getfd(this, number, PidfdGetfdFlags::empty()));
+        match copy {
+            Ok(copy) => return Ok(copy.into()),
+            Err(error @ (Errno::BADF | Errno::MFILE | Errno::NFILE)) => return Err(error.into()),
+            Err(_) => {}
+        }
+        // Forbidden, as in some containers. To open a pipe again is the same; a file would be
+        // written from its beginning.
+        let name = format!("/proc/self/fd/{number}");
+        if fs::metadata(&name).is_ok_and(|metadata| is_stream(&metadata)) {
+            return fs::OpenOptions::new().write(true).open(name);
+        }
+        Err(io::Error::other(format!(
+            "this system keeps descriptors from being copied; give the image the name - and redirect standard output to it (>&{number})"
+        )))
     }
 
     /// Opening its name is the same as copying it there.

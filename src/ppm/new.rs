@@ -81,6 +81,17 @@ impl MappedImage {
         self.rows.draw(0..self.rows.size.height(), draw)
     }
 
+    /// Waits until no disk can refuse any more what was drawn. That takes time only
+    /// where it is not local; [`publish`](Self::publish) does so first.
+    ///
+    /// # Errors
+    ///
+    /// If it was refused.
+    pub fn settle(&self) -> Result<(), ImageError> {
+        let Rows { file, path, .. } = &self.rows;
+        system::settle(file).map_err(refused(path, WRITE))
+    }
+
     /// Makes the image appear under its name, in one step. A file that was there
     /// is replaced, and hands on its permissions.
     ///

@@ -82,6 +82,17 @@ impl NewFile {
         &self.file
     }
 
+    /// Waits until no disk can refuse any more what was written. That takes time only
+    /// where it is not local; [`publish`](Self::publish) does so first.
+    ///
+    /// # Errors
+    ///
+    /// If it was refused.
+    pub fn settle(&self) -> Result<(), ImageError> {
+        let path = &self.becoming.target.path;
+        system::settle(&self.file).map_err(refused(path, WRITE))
+    }
+
     /// Makes the file appear under its name, in one step. A file that was there
     /// is replaced, and hands on its permissions.
     ///
@@ -90,13 +101,13 @@ impl NewFile {
     /// If the file can't be given its name, or something has that name by now
     /// which must not be replaced; what was there before is untouched.
     pub fn publish(self) -> Result<(), ImageError> {
+        self.settle()?;
         let Self { file, becoming } = self;
         let Becoming {
             draft,
             target,
             permissions,
         } = becoming;
-        system::settle(&file).map_err(refused(&target.path, WRITE))?;
         draft.publish(&file, &target, || {
             let there = target.look_again()?;
             let now = match &there {

@@ -93,6 +93,24 @@ fn a_file_behind_a_descriptor_is_written_through_it() {
     assert_eq!(shop.read("balls.txt"), program::BALLS.as_bytes());
 }
 
+/// As in containers that forbid it.
+#[test]
+fn a_descriptor_that_can_not_be_copied_is_opened_or_told() {
+    let shop = Workshop::new();
+    let strace =
+        "strace -f -o /dev/null -e inject=pidfd_getfd:error=EPERM $SFERA balls.txt /dev/fd/7 64 48";
+    let ran = shop.run_shell(&format!("mkfifo pipe; cat pipe > copy & exec 7> pipe; {strace}; code=$?; exec 7>&-; wait; exit $code"));
+    if ran.stderr.contains("strace") {
+        eprintln!("skipped: no strace here: {}", ran.stderr);
+        return;
+    }
+    ran.succeeds();
+    assert!(shop.read("copy") == shop.balls(64, 48));
+    shop.run_shell(&format!("exec 7>> copy; {strace}"))
+        .fails(&["/dev/fd/7", "redirect standard output to it"]);
+    assert!(shop.read("copy") == shop.balls(64, 48));
+}
+
 /// The library, and files of other processes.
 #[test]
 fn a_link_to_a_file_without_a_name_is_refused() {

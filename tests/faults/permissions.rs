@@ -110,6 +110,46 @@ fn what_can_not_be_handed_on_is_narrowed() {
 }
 
 #[test]
+fn a_list_that_can_not_be_handed_on_whole_is_narrowed() {
+    if !as_root("another user's list") {
+        return;
+    }
+    let shop = Workshop::new();
+    shop.write("image.ppm", OLD);
+    chown(shop.path("image.ppm"), Some(3001), Some(4000)).expect("chown");
+    set(&shop.path("image.ppm"), 0o664);
+    set(shop.folder(), 0o777);
+    if !tool(
+        &shop,
+        "setfacl -m u:3002:rw-,u:3001:r--,g:5000:---,g:5001:rw- image.ppm",
+    ) {
+        return;
+    }
+    let ran = shop.run_shell(
+        "exec setpriv --reuid=3002 --regid=3002 --clear-groups $SFERA balls.txt image.ppm 64 48",
+    );
+    if ran.stderr.contains("setpriv") {
+        eprintln!("skipped: another user can't run {}", program::SFERA);
+        return;
+    }
+    ran.succeeds();
+    let list = told(&shop, "getfacl -cn image.ppm");
+    // Bob's group had what others had, but for those that are of 5000 as well.
+    for entry in [
+        "user::rw-",
+        "user:3001:r--",
+        "user:3002:rw-",
+        "group::---",
+        "group:5000:---",
+        "group:5001:rw-",
+        "mask::rw-",
+        "other::r--",
+    ] {
+        assert!(list.lines().any(|line| line == entry), "{entry}: {list}");
+    }
+}
+
+#[test]
 fn root_hands_on_the_owner_too() {
     if !as_root("the owner handed on") {
         return;
