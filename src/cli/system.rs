@@ -30,10 +30,7 @@ mod kind {
         path::Path,
     };
 
-    use rustix::{
-        fs::{Access, AtFlags, CWD},
-        io::Errno,
-    };
+    use rustix::fs::{Access, AtFlags, CWD};
 
     use super::{File, Metadata, io};
 
@@ -110,7 +107,10 @@ mod kind {
 
     #[cfg(target_os = "linux")]
     fn other_descriptor(number: i32) -> io::Result<File> {
-        use rustix::process::{PidfdFlags, PidfdGetfdFlags, getpid, pidfd_getfd, pidfd_open};
+        use rustix::{
+            io::Errno,
+            process::{PidfdFlags, PidfdGetfdFlags, getpid, pidfd_getfd, pidfd_open},
+        };
         let copy = pidfd_open(getpid(), PidfdFlags::empty())
             .and_then(|this| pidfd_getfd(this, number, PidfdGetfdFlags::empty()));
         match copy {
