@@ -179,6 +179,22 @@ fn end(child: Child) -> Ran {
     child.wait_with_output().expect("it ends").into()
 }
 
+/// The text of a scene of many spheres.
+fn scene_of(spheres: u32) -> String {
+    let lines: String = (0..spheres)
+        .map(|i| format!("S {i} 0 5 1 1 2 3\n"))
+        .collect();
+    format!("VP 1 1 1\nBG 0 0 0\nOBJ_N {spheres}\n{lines}")
+}
+
+/// `image.ppm`, 1000 x 1000, with a header and no blocks.
+fn make_picture_of_holes(shop: &Workshop) {
+    shop.write("image.ppm", b"P6\n1000 1000\n255\n");
+    let file = OpenOptions::new().write(true).open(shop.path("image.ppm"));
+    file.and_then(|file| file.set_len(17 + 3_000_000))
+        .expect("a hole");
+}
+
 #[track_caller]
 fn assert_unharmed(shop: &Workshop) {
     assert_eq!(shop.read("image.ppm"), OLD);
@@ -214,10 +230,7 @@ fn a_picture_with_holes_on_a_full_disk_is_told_too() {
         return;
     };
     let shop = Workshop::within(disk.at.path());
-    shop.write("image.ppm", b"P6\n1000 1000\n255\n");
-    let file = OpenOptions::new().write(true).open(shop.path("image.ppm"));
-    file.and_then(|file| file.set_len(17 + 3_000_000))
-        .expect("a hole");
+    make_picture_of_holes(&shop);
     shop.run("balls.txt image.ppm 1000 1000 --rows 0..1000")
         .fails(&["image.ppm", "no space left"]);
 }
@@ -310,13 +323,7 @@ fn a_limit_on_addresses_is_told_and_never_a_signal() {
 #[test]
 fn a_scene_without_the_memory_for_it_is_told_and_never_a_signal() {
     let shop = Workshop::new();
-    let spheres: String = (0..100_000)
-        .map(|i| format!("S {i} 0 5 1 1 2 3\n"))
-        .collect();
-    shop.write(
-        "large.txt",
-        format!("VP 1 1 1\nBG 0 0 0\nOBJ_N 100000\n{spheres}").as_bytes(),
-    );
+    shop.write("large.txt", scene_of(100_000).as_bytes());
     let mut refused = 0;
     for kilobytes in (6_000..60_000).step_by(1_000) {
         let limited = |arguments: &str| {
@@ -710,10 +717,7 @@ fn processes_that_make_one_picture_reserve_it_once() {
 #[test]
 fn a_scene_that_changes_while_it_is_read_is_at_worst_refused() {
     let shop = Workshop::new();
-    let spheres: String = (0..200_000)
-        .map(|i| format!("S {i} 0 5 1 1 2 3\n"))
-        .collect();
-    let text = format!("VP 1 1 1\nBG 0 0 0\nOBJ_N 200000\n{spheres}");
+    let text = scene_of(200_000);
     let scene: PathBuf = shop.path("large.txt");
     for delay in [0, 1, 2, 4, 8, 16] {
         fs::write(&scene, &text).expect("a scene");

@@ -1,12 +1,12 @@
 //! Blocks, inodes, descriptors: what there may be too little of.
 
 use std::{
-    fs::{self, OpenOptions},
+    fs,
     os::unix::net::UnixDatagram,
     process::{Command, Stdio},
 };
 
-use super::{Disk, OLD, assert_unharmed, without_nameless_files};
+use super::{Disk, OLD, assert_unharmed, make_picture_of_holes, without_nameless_files};
 use crate::program::{self, Ran, Workshop};
 
 /// Takes what room there is left.
@@ -26,10 +26,7 @@ fn a_file_with_holes_on_a_full_disk_that_can_not_reserve_is_told() {
         return;
     };
     let shop = Workshop::within(disk.at.path());
-    shop.write("image.ppm", b"P6\n1000 1000\n255\n");
-    let file = OpenOptions::new().write(true).open(shop.path("image.ppm"));
-    file.and_then(|file| file.set_len(17 + 3_000_000))
-        .expect("a hole");
+    make_picture_of_holes(&shop);
     fill(&shop);
     shop.run("balls.txt image.ppm 1000 1000 --rows 0..1000")
         .fails(&["image.ppm", "no space left", "free some space"]);

@@ -9,7 +9,8 @@ use std::{
 };
 
 use super::{
-    Disk, OLD, SLOW, as_root, assert_unharmed, begin, end, mapped, send, without_nameless_files,
+    Disk, OLD, SLOW, as_root, assert_unharmed, begin, end, mapped, scene_of, send,
+    without_nameless_files,
 };
 use crate::program::{Ran, Workshop, wait_until};
 
@@ -99,13 +100,7 @@ fn a_picture_that_is_filled_first_leaves_nothing_when_interrupted() {
 #[test]
 fn no_memory_leaves_no_temporary_file() {
     let shop = Workshop::new();
-    let spheres: String = (0..100_000)
-        .map(|i| format!("S {i} 0 5 1 1 2 3\n"))
-        .collect();
-    shop.write(
-        "large.txt",
-        format!("VP 1 1 1\nBG 0 0 0\nOBJ_N 100000\n{spheres}").as_bytes(),
-    );
+    shop.write("large.txt", scene_of(100_000).as_bytes());
     let mut told = 0;
     for kilobytes in (8_000..60_000).step_by(2_000) {
         let limited = "large.txt image.ppm 500 500 --threads 2";
