@@ -245,6 +245,33 @@ fn advice_says_what_to_write_and_that_is_taken() {
     }
 }
 
+/// Found by fuzzing: a message depended on where the text was cut.
+#[test]
+fn advice_does_not_depend_on_windows() {
+    for text in [
+        "VP 1 1 -1.#IND00 \n BG 0 0 0 OBJ_N 0",
+        "VP 1 1.#INF \n BG 0 0 0 OBJ_N 0",
+        "VP 1 1 1 BG #ff0000 \n OBJ_N 0",
+        "x1.#INF \n",
+    ] {
+        let expected = refusal_of(text.as_bytes()).to_string();
+        assert_eq!(
+            expected.contains("a # begins a comment"),
+            text.starts_with("VP"),
+            "{expected}"
+        );
+        for first in 1..40 {
+            let sizes = Sizes {
+                first,
+                window: 1 + first % 5,
+                ..Sizes::USUAL
+            };
+            let error = Scene::parse_in_windows(text.as_bytes(), sizes).expect_err(text);
+            assert_eq!(error.to_string(), expected, "{sizes:?}");
+        }
+    }
+}
+
 #[test]
 fn a_comment_that_is_meant_as_one_is_not_taken_for_something_else() {
     for (sphere, wanted) in [

@@ -65,7 +65,10 @@ pub(super) fn for_not_finite(word: &[u8], rest: &[u8]) -> Option<String> {
     let name = rest.strip_prefix(b"#")?;
     let name = name.split(|&byte| ends_word(byte)).next()?;
     let known = [&b"INF"[..], b"IND", b"QNAN", b"SNAN", b"J"];
-    if !word.ends_with(b".") || !known.iter().any(|begin| name.starts_with(begin)) {
+    if !word.ends_with(b".")
+        || number::parse(word).is_err()
+        || !known.iter().any(|begin| name.starts_with(begin))
+    {
         return None;
     }
     let written = [word, b"#", name].concat();
@@ -74,6 +77,13 @@ pub(super) fn for_not_finite(word: &[u8], rest: &[u8]) -> Option<String> {
         quoted(&written),
         quoted(word),
     ))
+}
+
+/// As [`for_not_finite`], of the line from the word that is wrong on, or its first
+/// bytes.
+pub(super) fn for_line(line: &[u8]) -> Option<String> {
+    let (word, rest) = line.split_at(number::word_end(line, 0));
+    for_not_finite(word, rest)
 }
 
 /// Whether a word that begins with a keyword goes on with what was meant to be

@@ -198,7 +198,6 @@ impl Parser {
                     Kind::Memory => FaultPlace::Nowhere,
                     _ => FaultPlace::At(at),
                 },
-                help: advice::for_not_finite(&text[at..end], &text[end..to]).or(refusal.help),
                 ..refusal
             })?;
             at = end;

@@ -11,7 +11,7 @@ use std::io::{self, Read};
 use rayon::prelude::*;
 
 use super::{
-    Scene, SceneError, Viewport,
+    Scene, SceneError, Viewport, advice,
     error::{Excerpt, Place},
     number::{self, MAX_WORD, SPAN, Span, ends_word, is_blank},
     parser::{Fault, FaultPlace, Parser, Until},
@@ -363,7 +363,7 @@ where
             place,
             kind,
             message,
-            help,
+            mut help,
         } = fault;
         let place = match place {
             FaultPlace::Nowhere => None,
@@ -380,10 +380,12 @@ where
                     after.extend_from_slice(more);
                 }
                 let line = after.split(|&byte| byte == b'\n').next();
+                let line = line.unwrap_or_default();
+                help = advice::for_line(line).or(help);
                 Some(Place {
                     line: self.line + count(&window.bytes[window.begin..at], b'\n'),
                     column: self.column_at(window, at),
-                    excerpt: Some(Excerpt::new(before, line.unwrap_or_default())),
+                    excerpt: Some(Excerpt::new(before, line)),
                 })
             }
         };
