@@ -1,6 +1,6 @@
 # Everything a person or CI runs by name. `make` alone lists it.
 
-.PHONY: help build run test checked fuzz sanitize deny bench chart growth families peers peers-install splat check cluster-test
+.PHONY: help build run test checked fuzz sanitize deny bench chart growth families peers peers-install splat check cluster-test everywhere
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -46,8 +46,8 @@ fuzz:
 	@echo "make fuzz: nothing found"
 
 ## sanitize   the tests of everything unsafe or threaded under the address sanitizer
-# It needs a flag that stable compilers take in this way only. The thread sanitizer
-# is of no use without a standard library built for it: it reports even the harness.
+# It needs a flag that stable compilers take in this way only. The thread sanitizer needs
+# a standard library built for it, which `tests/everywhere/run.sh threads` builds.
 sanitize:
 	RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=address -C target-cpu=native" \
 	    cargo test --target x86_64-unknown-linux-gnu --target-dir target/address \
@@ -98,6 +98,10 @@ splat:
 ## cluster-test   the recipes of tests/cluster on a Slurm of two nodes on this machine, for root on Debian; three minutes
 cluster-test: build
 	SFERA=target/release/sfera tests/cluster/run.sh
+
+## everywhere   other machines and systems, emulated or only checked, for root on Debian; 8 GB, an hour
+everywhere:
+	tests/everywhere/run.sh
 
 ## check   format, lints, docs
 check:

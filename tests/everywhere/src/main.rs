@@ -2,8 +2,10 @@
 //! `make everywhere` to compare between machines:
 //!
 //! ```text
-//! everywhere WIDTH HEIGHT SCENE...
-//! 9f0e... exact scenes/example.txt, 0 wrong pixels
+//! everywhere make FOLDER                     a scene of every family and difficulty, if small
+//! everywhere draw WIDTH HEIGHT SCENE...      of a folder all that are in it
+//!
+//! 2f563349eb8fb4bd exact scenes/example.txt, 0 wrong pixels
 //! ```
 //!
 //! Ends with 1 if a picture of the engine differs from the reference.
@@ -11,24 +13,37 @@
 use std::{
     env,
     error::Error,
+    fs,
     hash::{DefaultHasher, Hasher},
+    path::{Path, PathBuf},
     process::ExitCode,
 };
 
 use sfera::{
     camera::{BYTES_PER_PIXEL, ImageSize},
+    families::FAMILIES,
     render::{Form, Method, Renderer},
     scene::Scene,
 };
 
+/// No other test draws these.
+const SEED: u64 = 77;
+
+/// More of them take an emulated reference too long.
+const MOST_SPHERES: usize = 1_500;
+
+type Outcome<T> = Result<T, Box<dyn Error>>;
+
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
-    match draw_all(&arguments) {
-        Ok(0) => ExitCode::SUCCESS,
-        Ok(wrong) => {
-            eprintln!("everywhere: {wrong} wrong pixels");
-            ExitCode::FAILURE
-        }
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let outcome = match words.as_slice() {
+        ["make", folder] => make(Path::new(folder)),
+        ["draw", width, height, scenes @ ..] => draw_all(width, height, scenes),
+        _ => Err("usage: everywhere make FOLDER, or draw WIDTH HEIGHT SCENE...".into()),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("everywhere: {error}");
             ExitCode::FAILURE
@@ -36,30 +51,63 @@ fn main() -> ExitCode {
     }
 }
 
-/// The wrong pixels of all pictures of the engine.
-fn draw_all(arguments: &[String]) -> Result<usize, Box<dyn Error>> {
-    let [width, height, scenes @ ..] = arguments else {
-        return Err("usage: everywhere WIDTH HEIGHT SCENE...".into());
-    };
-    let size = ImageSize::new(width.parse()?, height.parse()?)?;
-    let mut wrong_pixels = 0;
-    for name in scenes {
-        let scene = Scene::read(name.as_ref())?;
-        let draw = |method| {
-            let mut pixels = vec![0; size.pixel_bytes()];
-            let renderer = Renderer::new(&scene, size, method, Form::Packets);
-            renderer.draw(0..size.height(), &mut pixels, &|_| ());
-            pixels
-        };
-        for method in [Method::Textbook, Method::Geometric, Method::Double] {
-            println!("{:016x} {method} {name}", hash(&draw(method)));
+fn make(folder: &Path) -> Outcome<()> {
+    for family in FAMILIES {
+        for difficulty in family.difficulties {
+            let name = format!("{} {difficulty:e}.txt", family.name).replace(' ', "-");
+            let scene = family.scene(*difficulty, SEED);
+            if scene.spheres.len() <= MOST_SPHERES {
+                fs::write(folder.join(name), scene.to_string())?;
+            }
         }
-        let exact = draw(Method::Exact);
-        let wrong = differing_pixels(&exact, &draw(Method::Reference));
-        println!("{:016x} exact {name}, {wrong} wrong pixels", hash(&exact));
-        wrong_pixels += wrong;
     }
-    Ok(wrong_pixels)
+    Ok(())
+}
+
+fn draw_all(width: &str, height: &str, scenes: &[&str]) -> Outcome<()> {
+    let size = ImageSize::new(width.parse()?, height.parse()?)?;
+    let mut wrong = 0;
+    for name in scenes {
+        for path in files(Path::new(name))? {
+            wrong += draw_one(&path, size)?;
+        }
+    }
+    if wrong > 0 {
+        return Err(format!("{wrong} wrong pixels").into());
+    }
+    Ok(())
+}
+
+/// A file, or those of a folder.
+fn files(path: &Path) -> Outcome<Vec<PathBuf>> {
+    if !path.is_dir() {
+        return Ok(vec![path.to_owned()]);
+    }
+    let entries = fs::read_dir(path)?;
+    let mut files = entries
+        .map(|entry| Ok(entry?.path()))
+        .collect::<Outcome<Vec<_>>>()?;
+    files.sort();
+    Ok(files)
+}
+
+/// How many pixels of the engine's picture are wrong.
+fn draw_one(path: &Path, size: ImageSize) -> Outcome<usize> {
+    let scene = Scene::read(path)?;
+    let draw = |method| {
+        let mut pixels = vec![0; size.pixel_bytes()];
+        let renderer = Renderer::new(&scene, size, method, Form::Packets);
+        renderer.draw(0..size.height(), &mut pixels, &|_| ());
+        pixels
+    };
+    let name = path.file_name().unwrap_or_default().display();
+    for method in [Method::Textbook, Method::Geometric, Method::Double] {
+        println!("{:016x} {method} {name}", hash(&draw(method)));
+    }
+    let exact = draw(Method::Exact);
+    let wrong = differing_pixels(&exact, &draw(Method::Reference));
+    println!("{:016x} exact {name}, {wrong} wrong pixels", hash(&exact));
+    Ok(wrong)
 }
 
 fn hash(pixels: &[u8]) -> u64 {
