@@ -248,7 +248,9 @@ fn advice_says_what_to_write_and_that_is_taken() {
 /// Found by fuzzing: a message depended on where the text was cut.
 #[test]
 fn advice_does_not_depend_on_windows() {
+    let long = format!("VP 1 1 -1.#IND00{}", "x".repeat(120));
     for text in [
+        &*long,
         "VP 1 1 -1.#IND00 \n BG 0 0 0 OBJ_N 0",
         "VP 1 1.#INF \n BG 0 0 0 OBJ_N 0",
         "VP 1 1 1 BG #ff0000 \n OBJ_N 0",
@@ -260,7 +262,7 @@ fn advice_does_not_depend_on_windows() {
             text.starts_with("VP"),
             "{expected}"
         );
-        for first in 1..40 {
+        for first in 1..90 {
             let sizes = Sizes {
                 first,
                 window: 1 + first % 5,

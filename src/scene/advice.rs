@@ -3,7 +3,7 @@
 
 use super::{
     error::{LONGEST_QUOTE, quoted},
-    number::{self, ends_word},
+    number,
 };
 
 pub(super) const COMMENT_HELP: &str = "a comment begins with #";
@@ -62,8 +62,11 @@ pub(super) fn is_foreign_comment(word: &[u8]) -> bool {
 /// What to do about `1.#INF`, `-1.#IND` and `1.#QNAN` of Microsoft's C library, of
 /// which only `word` is read: `rest` follows it.
 pub(super) fn for_not_finite(word: &[u8], rest: &[u8]) -> Option<String> {
+    /// Of `1.#QNAN00` and the like.
+    const LONGEST_NAME: usize = 12;
     let name = rest.strip_prefix(b"#")?;
-    let name = name.split(|&byte| ends_word(byte)).next()?;
+    let letters = name.iter().take_while(|byte| byte.is_ascii_alphanumeric());
+    let name = &name[..letters.count().min(LONGEST_NAME)];
     let known = [&b"INF"[..], b"IND", b"QNAN", b"SNAN", b"J"];
     if !word.ends_with(b".")
         || number::parse(word).is_err()

@@ -381,7 +381,9 @@ where
                 }
                 let line = after.split(|&byte| byte == b'\n').next();
                 let line = line.unwrap_or_default();
-                help = advice::for_line(line).or(help);
+                // No more than is at hand wherever the text is cut.
+                let known = &line[..line.len().min(Excerpt::REACH)];
+                help = advice::for_line(known).or(help);
                 Some(Place {
                     line: self.line + count(&window.bytes[window.begin..at], b'\n'),
                     column: self.column_at(window, at),
