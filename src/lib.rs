@@ -40,7 +40,7 @@
 //! # The way through the code
 //!
 //! ```text
-//! text -> Scene -> Spheres -> conics -> tile candidates -> settled pixels -> RGB bytes -> mapped file -> rename
+//! text -> Scene -> Spheres -> boxes -> tile candidates -> settled pixels -> RGB bytes -> mapped file -> rename
 //! ```
 //!
 //! A module imports only what stands above it in this table.
@@ -53,9 +53,11 @@
 //! | text -> scene | [`scene`] | reads the text; a refusal names line and column |
 //! | pixel -> ray | [`camera`] | the one rule, every form of it side by side |
 //! | ray -> colour, in float | [`methods`] | `textbook`, `geometric`, `double`: brute force, scalar and packets |
-//! | ray -> colour, proven | [`exact`] | conics, bins, tiles, packets, decisions |
+//! | ray -> colour, proven | [`exact`] | boxes, bins, coverage masks, packets, decisions |
 //! | colours -> file | [`ppm`] | reserve, map, publish; the library's only `unsafe`, the mapping |
 //! | all of it | [`mod@render`] | bands of rows -> pixels -> bytes |
+//!
+//! Why no pixel is wrong is proven stage by stage in [`exact::proof`].
 //!
 //! Beside the way stand [`reference`](mod@reference): what the picture means,
 //! one pixel at a time in integers; [`nearness`]: how near a pixel is to showing

@@ -342,9 +342,15 @@ fn stats_for_scripts_are_one_line_of_json() {
     let sum: u64 = settled
         .split(',')
         .filter(|part| {
-            ["rectangles", "packets", "doubles", "integers"]
-                .iter()
-                .any(|rung| part.contains(rung))
+            [
+                "rectangles",
+                "packets",
+                "doubles",
+                "double_doubles",
+                "integers",
+            ]
+            .iter()
+            .any(|rung| part.contains(rung))
         })
         .map(|part| {
             part.chars()

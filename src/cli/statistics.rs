@@ -145,11 +145,12 @@ impl Report<'_> {
 }
 
 /// The rungs of the ladder, and the pixels that each settled.
-fn rungs(counts: &Counts) -> [(&'static str, u64); 4] {
+fn rungs(counts: &Counts) -> [(&'static str, u64); 5] {
     [
         ("rectangles", counts.rectangles),
         ("packets", counts.packets),
         ("doubles", counts.doubles),
+        ("double_doubles", counts.double_doubles),
         ("integers", counts.integers),
     ]
 }

@@ -1,100 +1,46 @@
-//! Bands: a row of tiles, painted far to near.
-//!
-//! In a row a sphere is seen between two columns, so it is painted as a run of
-//! bytes and no pixel is looked at. That is right wherever all that is painted
-//! later is nearer, which depths of whole spheres tell: for every block of 8 x 8
-//! pixels the band keeps the nearest depth painted there, and a sphere whose
-//! farthest one is not nearer makes the block *contested*. Contested blocks, and
-//! tiles with a crowd of spheres, go to the [packets](super::packet).
+//! Bands: a row of tiles, drawn tile by tile from the left.
 
 use std::ops::Range;
-
-use wide::f64x8;
 
 use super::{
     Bounds, Counts, Engine,
     bins::{Large, Record},
-    conic::{Ends, Lanes, Outline, Shape, float_below},
-    decide::{Ray, decide},
-    packet::{
-        BLOCK, BLOCKS, Contest, Depths, Tile, block_bit, blocks_of, blocks_of_box, colour_of,
-    },
+    coverage::{Coverage, Tile, eight},
+    crowd::{Crowd, CrowdedTile},
+    decide::{Candidate, decide},
+    depths::Depths,
+    grid::EightSpheres,
+    packet::{Meeting, PixelRow, SIDE},
+    paint::{Pattern, bytes_of, colour_lane, put_eight},
+    rows::{self, BandRows},
     set_bits,
 };
 use crate::{
     camera::BYTES_PER_PIXEL,
+    methods::{NONE, Seen},
+    scene::Scene,
     spheres::{LANES, Rgb},
 };
 
-/// Rows of the largest tile.
-const ROWS: usize = BLOCK * BLOCKS;
+/// With more spheres than this in a tile, packets do all of it.
+const CROWD: usize = 32;
 
-/// With more large spheres than this in a band, packets do all of it.
-const CROWD_OF_LARGE: usize = 64;
-
-/// With more small spheres than this in a tile, packets do all of it.
-const CROWD_OF_SMALL: usize = 32;
+/// With more than this and boxes that would cover it so many times, too.
+const SMALL_CROWD: usize = 8;
+const DEEP_CROWD: usize = 5;
 
 /// Room for one band at a time.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
-    rows: Rows,
-    painted: Vec<Painted>,
-    blocks: Vec<Block>,
-    contested: Vec<u64>,
-    /// Pixels at the very end of a row's run.
-    doubtful: Vec<(u32, u32)>,
     records: Vec<Record>,
-    depths: Depths,
+    coverage: Coverage,
+    crowd: Crowd,
+    pixels: Vec<PixelRow>,
+    /// Places in the coverage of spheres that packets meet, and their records.
+    met: Vec<usize>,
+    met_records: Vec<Record>,
+    candidates: Vec<Candidate>,
 }
-
-/// `Y` and `Y^2 + 1` of a band's rows, and of some below it.
-#[derive(Debug)]
-struct Rows {
-    y: [f64; ROWS + LANES],
-    squared: [f64; ROWS + LANES],
-}
-
-impl Default for Rows {
-    fn default() -> Self {
-        Self {
-            y: [0.0; ROWS + LANES],
-            squared: [0.0; ROWS + LANES],
-        }
-    }
-}
-
-impl Rows {
-    fn eight(&self, first: usize) -> (f64x8, f64x8) {
-        let eight = |all: &[f64]| f64x8::new(std::array::from_fn(|lane| all[first + lane]));
-        (eight(&self.y), eight(&self.squared))
-    }
-}
-
-/// A large sphere in a band: in each row it is seen in `start..end`.
-#[derive(Clone, Debug)]
-struct Painted {
-    shape: Shape,
-    least: f32,
-    most: f32,
-    pattern: Pattern,
-    start: [u32; ROWS],
-    end: [u32; ROWS],
-}
-
-/// What is known of a block of pixels that are painted.
-#[derive(Clone, Copy, Debug)]
-struct Block {
-    /// Nothing in it is nearer.
-    most: f32,
-    /// Everything in it is at least as near.
-    least: f32,
-}
-
-const UNPAINTED: Block = Block {
-    most: f32::NEG_INFINITY,
-    least: f32::NEG_INFINITY,
-};
 
 impl Engine<'_> {
     /// Colours a band: some rows of one row of tiles.
@@ -118,10 +64,11 @@ struct Band<'a> {
     /// Its rows, from there.
     first: usize,
     last: usize,
-    /// Side of a tile.
-    side: u32,
-    columns: u32,
+    /// The background's colour lane.
+    background: f32,
     counts: Counts,
+    /// Columns of one colour that are not painted yet.
+    pending: Option<(Rgb, Range<u32>)>,
 }
 
 impl<'a> Band<'a> {
@@ -131,20 +78,22 @@ impl<'a> Band<'a> {
         bytes: &'a mut [u8],
         scratch: &'a mut Scratch,
     ) -> Self {
-        let size = engine.grid.camera().size();
         let side = engine.bins.side();
         let origin = rows.start - rows.start % side;
+        // Pixels are cleared once they are put, while they are in the cache.
+        let background = colour_lane(engine.scene.background);
+        scratch.pixels.resize(SIDE, PixelRow::new(background));
         Self {
             engine,
             bytes,
-            row_bytes: size.row_bytes(),
+            row_bytes: engine.grid.camera().size().row_bytes(),
             scratch,
             origin,
             first: (rows.start - origin) as usize,
             last: (rows.end - origin) as usize,
-            side,
-            columns: size.width(),
+            background,
             counts: Counts::default(),
+            pending: None,
         }
     }
 
@@ -158,243 +107,96 @@ impl<'a> Band<'a> {
         let large: Vec<&Large> = large
             .filter(|large| large.top <= to && large.bottom >= from)
             .collect();
-        let crowded = large.len() > CROWD_OF_LARGE;
+        self.paint_background();
+        if self.draw_rows(&large) {
+            return self.counted();
+        }
+        let (columns, side) = (engine.grid.camera().size().width(), engine.bins.side());
+        for column in 0..columns.div_ceil(side) {
+            let tile = Tile {
+                column: column * side,
+                row: self.origin,
+                width: side.min(columns - column * side) as usize,
+                first: self.first,
+                last: self.last,
+            };
+            self.draw_tile(&tile, &large);
+        }
+        self.paint_pending();
+        self.counted()
+    }
 
-        self.scratch.contested.clear();
-        let tiles = self.columns.div_ceil(self.side) as usize;
-        self.scratch
-            .contested
-            .resize(tiles, if crowded { u64::MAX } else { 0 });
-        self.scratch.painted.clear();
-        self.scratch.doubtful.clear();
-        if !(large.is_empty() && engine.bins.none_small()) {
-            for at in 0..ROWS + LANES {
-                let row = i64::from(self.origin) + at as i64;
-                (self.scratch.rows.y[at], self.scratch.rows.squared[at]) = engine.grid.row(row);
-            }
-        }
-        if !crowded {
-            self.outline(&large);
-        }
-        self.paint_rows();
-        let disputed = crowded || !self.undisputed(&large);
-        if disputed && !crowded {
-            self.contest(&large);
-        }
-        if disputed {
-            for tile in 0..tiles as u32 {
-                self.draw_tile(tile, &large);
-            }
-        }
-        self.settle_doubtful(&large);
-
-        let pixels = (self.last - self.first) as u64 * u64::from(self.columns);
-        let Counts {
-            packets,
-            doubles,
-            integers,
-            ..
-        } = self.counts;
-        self.counts.rectangles = pixels - packets - doubles - integers;
+    fn counted(mut self) -> Counts {
+        let columns = self.row_bytes / BYTES_PER_PIXEL;
+        let pixels = ((self.last - self.first) * columns) as u64;
+        self.counts.rectangles = pixels - self.counts.beyond_rectangles();
         self.counts
     }
 
-    /// Where each row sees each large sphere.
-    fn outline(&mut self, large: &[&Large]) {
+    /// Paints whole rows, if nothing in the band is contested.
+    fn draw_rows(&mut self, large: &[&Large]) -> bool {
         let engine = self.engine;
-        for eight in large.chunks(LANES) {
-            let lanes = Lanes::of(eight.iter().map(|large| large.sphere));
-            let outlines = Outline::eight(&engine.grid, &lanes, engine.bounds);
-            for (outline, large) in outlines.iter().zip(eight) {
-                let mut painted = Painted {
-                    shape: outline.shape,
-                    least: outline.least,
-                    most: large.most,
-                    pattern: pattern(large.colour),
-                    start: [0; ROWS],
-                    end: [if outline.shape == Shape::Everywhere {
-                        self.columns
-                    } else {
-                        0
-                    }; ROWS],
-                };
-                if outline.shape == Shape::Convex {
-                    let first =
-                        large.top.saturating_sub(self.origin).max(self.first as u32) as usize;
-                    let last = (large.bottom - self.origin).min(self.last as u32 - 1) as usize;
-                    for row in (first / LANES * LANES..=last).step_by(LANES) {
-                        let (y, squared) = self.scratch.rows.eight(row);
-                        let ends = outline.ends(y, squared, 0, self.columns);
-                        painted.start[row..row + LANES].copy_from_slice(&ends.start);
-                        painted.end[row..row + LANES].copy_from_slice(&ends.end);
-                        self.counts.tests += LANES as u64;
-                        if !ends.settled() {
-                            self.doubt(&ends, row, self.first..self.last);
-                        }
-                    }
-                }
-                self.scratch.painted.push(painted);
-            }
+        if engine.bounds != Bounds::Proven || !engine.bins.has_none_small() {
+            return false;
         }
-    }
-
-    fn doubt(&mut self, ends: &Ends, first: usize, rows: Range<usize>) {
-        for lane in 0..LANES {
-            if !rows.contains(&(first + lane)) {
-                continue;
-            }
-            let row = self.origin + (first + lane) as u32;
-            let sure = ends.start[lane]..ends.end[lane];
-            let columns = ends.outer_start[lane]..ends.outer_end[lane];
-            let doubtful = columns.filter(|column| !sure.contains(column));
-            self.scratch
-                .doubtful
-                .extend(doubtful.map(|column| (column, row)));
-        }
-    }
-
-    /// The background, and over it the large spheres, far to near.
-    fn paint_rows(&mut self) {
-        let background = pattern(self.engine.scene.background);
-        for (row, line) in (self.first..self.last).zip(self.bytes.chunks_exact_mut(self.row_bytes))
-        {
-            // All of it: filling brings lines into the cache that painting would have to
-            // read first.
-            paint(line, &background);
-            for painted in self.scratch.painted.iter().rev() {
-                let (start, end) = (painted.start[row], painted.end[row]);
-                if start < end {
-                    paint(run(line, start, end), &painted.pattern);
-                }
-            }
-        }
-    }
-
-    /// Whether nothing has to be known of blocks: no small spheres, and none of the
-    /// large ones, which are sorted nearest first, may be nearer than one before it
-    /// where their boxes meet.
-    fn undisputed(&self, large: &[&Large]) -> bool {
-        let clear = |(at, near): (usize, &Painted)| {
-            near.shape != Shape::Unknown
-                && (at + 1..large.len()).all(|other| {
-                    let (a, b) = (large[at], large[other]);
-                    near.least > self.scratch.painted[other].most
-                        || a.left > b.right
-                        || b.left > a.right
-                        || a.top > b.bottom
-                        || b.top > a.bottom
-                })
-        };
-        self.engine.bins.none_small() && self.scratch.painted.iter().enumerate().all(clear)
-    }
-
-    /// The depths of the blocks that large spheres are painted in, far to near, and
-    /// those where one isn't nearer than all that was painted before.
-    fn contest(&mut self, large: &[&Large]) {
-        let across = (self.columns as usize).div_ceil(BLOCK);
-        self.scratch.blocks.clear();
-        self.scratch
-            .blocks
-            .resize(across * self.last.div_ceil(BLOCK), UNPAINTED);
-        let Scratch {
-            painted,
-            blocks,
-            contested,
-            ..
-        } = &mut *self.scratch;
-        let tile_blocks = self.side as usize / BLOCK;
-        let mut contest = |column: usize, down: usize| {
-            contested[column / tile_blocks] |= block_bit(column % tile_blocks, down);
-        };
-        for (painted, large) in painted.iter().zip(large).rev() {
-            for down in self.first / BLOCK..=(self.last - 1) / BLOCK {
-                let rows = self.first.max(down * BLOCK)..self.last.min((down + 1) * BLOCK);
-                if painted.shape == Shape::Unknown {
-                    let top = self.origin as usize + rows.start;
-                    let bottom = self.origin as usize + rows.end - 1;
-                    if large.top as usize <= bottom && large.bottom as usize >= top {
-                        for column in large.left as usize / BLOCK..=large.right as usize / BLOCK {
-                            contest(column, down);
-                        }
-                    }
-                    continue;
-                }
-                let mut touched = (u32::MAX, 0);
-                let mut covered = (0, u32::MAX);
-                for row in rows {
-                    let (start, end) = (painted.start[row], painted.end[row]);
-                    if start < end {
-                        touched = (touched.0.min(start), touched.1.max(end));
-                    }
-                    covered = (covered.0.max(start), covered.1.min(end));
-                }
-                if touched.0 >= touched.1 {
-                    continue;
-                }
-                let first_covered = (covered.0 as usize).div_ceil(BLOCK);
-                let last_covered = if covered.1 == self.columns {
-                    across
-                } else {
-                    covered.1 as usize / BLOCK
-                };
-                let touched = touched.0 as usize / BLOCK..(touched.1 as usize).div_ceil(BLOCK);
-                for column in touched {
-                    let block = &mut blocks[down * across + column];
-                    if painted.least <= block.most {
-                        contest(column, down);
-                    }
-                    block.most = block.most.max(painted.most);
-                    if (first_covered..last_covered).contains(&column) {
-                        block.least = block.least.max(painted.least);
-                    }
-                }
-            }
-        }
-    }
-
-    /// Paints the small spheres of a tile, far to near; what is contested is left
-    /// to packets.
-    fn draw_tile(&mut self, column: u32, large: &[&Large]) {
-        let engine = self.engine;
-        let row = self.origin / self.side;
-        let mut runs = engine.bins.records(column, row);
-        let none_small = runs.all(<[Record]>::is_empty);
-        let mut contested = self.scratch.contested[column as usize];
-        if none_small && contested == 0 {
-            return;
-        }
-        let tile = Tile {
-            column: column * self.side,
-            row: self.origin,
-            width: self.side.min(self.columns - column * self.side) as usize,
-            height: self.last,
+        let rows = BandRows {
+            origin: self.origin,
             first: self.first,
             last: self.last,
-            side: self.side,
         };
-        let all = blocks_of(tile.width, tile.height);
-
-        let floor = if none_small {
-            f32::NEG_INFINITY
-        } else {
-            self.floor(&tile, large)
+        let Some(outlines) = rows::undisputed(&engine.grid, rows, large) else {
+            return false;
         };
-        let small = engine.bins.nearer(column, row, floor);
-        if small.clone().nth(CROWD_OF_SMALL).is_some() {
-            contested = all;
-        } else if contested & all != all {
-            self.scratch.records.clear();
-            self.scratch.records.extend(small);
-            contested |= self.paint_small(&tile);
+        let mut doubtful = Vec::new();
+        for (outline, large) in outlines.iter().zip(large).rev() {
+            rows::paint(
+                outline,
+                large,
+                rows,
+                self.bytes,
+                self.row_bytes,
+                &mut doubtful,
+            );
         }
-        contested &= all;
-        self.scratch.contested[column as usize] = contested;
-        if contested == 0 {
+        self.counts.tests += large.len() as u64;
+        // Several outlines may pass one pixel: it is decided, and counted, once.
+        doubtful.sort_unstable();
+        doubtful.dedup();
+        for (column, row) in doubtful {
+            let candidates = &mut self.scratch.candidates;
+            candidates.clear();
+            candidates.extend(large.iter().map(|large| (large.index, large.sphere)));
+            let (seen, rung) = decide(engine.grid.camera(), (column, row), candidates, true);
+            self.counts.settled_by(rung);
+            let down = (row - self.origin) as usize - self.first;
+            let line = &mut self.bytes[down * self.row_bytes..][..self.row_bytes];
+            let column = column as usize;
+            run(line, column..column + 1).copy_from_slice(&colour_of(engine.scene, seen));
+        }
+        true
+    }
+
+    /// All of the band at once: painting finds these lines in the cache then.
+    fn paint_background(&mut self) {
+        let [red, green, blue] = self.engine.scene.background;
+        if red == green && green == blue {
+            self.bytes.fill(red);
             return;
         }
+        let (first, others) = self.bytes.split_at_mut(self.row_bytes);
+        let columns = first.len() / BYTES_PER_PIXEL;
+        Pattern::new(self.engine.scene.background).paint(first, 0, columns);
+        for line in others.chunks_exact_mut(self.row_bytes) {
+            line.copy_from_slice(first);
+        }
+    }
+
+    fn draw_tile(&mut self, tile: &Tile, large: &[&Large]) {
+        let bins = &self.engine.bins;
+        let side = bins.side();
         let (right, bottom) = (
             tile.column + tile.width as u32 - 1,
-            tile.row + tile.height as u32 - 1,
+            tile.row + tile.last as u32 - 1,
         );
         let touching = large.iter().filter(|large| {
             large.left <= right
@@ -404,217 +206,259 @@ impl<'a> Band<'a> {
         });
         let records = &mut self.scratch.records;
         records.clear();
-        records.extend(touching.map(|large| large.record(tile.column, tile.row, self.side)));
-        let contest = Contest {
-            scene: engine.scene,
+        records.extend(touching.map(|large| large.record(tile.column, tile.row, side)));
+        let large_count = records.len();
+        let small = bins.records(tile.column / side, tile.row / side);
+        let count = records.len() + small.clone().map(<[Record]>::len).sum::<usize>();
+        if count > CROWD {
+            self.paint_pending();
+            self.draw_crowd(tile);
+            return;
+        }
+        records.extend(small.flatten().filter(|record| !tile.is_beside(record)));
+        if records.is_empty() {
+            return;
+        }
+        let area = records.iter().map(Record::area).sum::<usize>();
+        if records.len() > SMALL_CROWD && area > DEEP_CROWD * SIDE * SIDE {
+            records.truncate(large_count);
+            self.paint_pending();
+            self.draw_crowd(tile);
+            return;
+        }
+        let (grid, bounds) = (&self.engine.grid, self.engine.bounds);
+        self.scratch.coverage.find(grid, tile, records, bounds);
+        self.counts.tests += records.len() as u64;
+        self.draw_few(tile);
+    }
+
+    /// A tile of one colour.
+    fn fill(&mut self, tile: &Tile, colour: Rgb) {
+        let end = tile.column + tile.width as u32;
+        if let Some((pending, columns)) = &mut self.pending {
+            if *pending == colour && columns.end == tile.column {
+                columns.end = end;
+                return;
+            }
+            self.paint_pending();
+        }
+        self.pending = Some((colour, tile.column..end));
+    }
+
+    fn paint_pending(&mut self) {
+        let Some((colour, columns)) = self.pending.take() else {
+            return;
+        };
+        let pattern = Pattern::new(colour);
+        for line in self.bytes.chunks_exact_mut(self.row_bytes) {
+            pattern.paint(line, columns.start as usize, columns.end as usize);
+        }
+    }
+
+    /// Paints what the coverage says, from far to near, and settles what is contested.
+    fn draw_few(&mut self, tile: &Tile) {
+        let coverage = &self.scratch.coverage;
+        if let ([at], true, false) = (&coverage.order[..], coverage.closed, coverage.any_contested)
+        {
+            let colour = coverage.spheres[*at].record.colour;
+            self.fill(tile, colour);
+            return;
+        }
+        self.paint_pending();
+        let first = tile.column as usize;
+        let coverage = &self.scratch.coverage;
+        for &at in &coverage.order {
+            let covering = &coverage.spheres[at];
+            let pattern = Pattern::new(covering.record.colour);
+            let top = usize::from(covering.record.top).max(tile.first);
+            let bottom = usize::from(covering.record.bottom).min(tile.last - 1);
+            let ends = coverage.ends_of(covering, top..bottom + 1);
+            let lines =
+                self.bytes[(top - tile.first) * self.row_bytes..].chunks_exact_mut(self.row_bytes);
+            for (&[start, end], line) in ends.iter().zip(lines) {
+                if start < end {
+                    pattern.paint(line, first + usize::from(start), first + usize::from(end));
+                }
+            }
+        }
+        if coverage.any_contested {
+            self.settle_contested(tile);
+        }
+    }
+
+    /// Packets for the contested pixels of a tile of few spheres.
+    fn settle_contested(&mut self, tile: &Tile) {
+        let Scratch {
+            coverage,
+            pixels,
+            met,
+            met_records,
+            ..
+        } = &mut *self.scratch;
+        met.clear();
+        met_records.clear();
+        for &at in &coverage.order {
+            let covering = &coverage.spheres[at];
+            if coverage.is_contested(covering) {
+                met.push(at);
+                met_records.push(covering.record);
+            }
+        }
+        let engine = self.engine;
+        for (places, records) in met.chunks(LANES).zip(met_records.chunks(LANES)) {
+            let spheres = EightSpheres::of(records.iter().map(|record| record.sphere));
+            let rectangles = tile.rectangles(&eight(records));
+            let depths = Depths::new(&engine.grid, &rectangles, &spheres).to_floats(engine.bounds);
+            for (lane, (&at, record)) in places.iter().zip(records).enumerate() {
+                let covering = &coverage.spheres[at];
+                let meeting = Meeting {
+                    depths: &depths,
+                    lane,
+                    colour: colour_lane(record.colour),
+                    record,
+                };
+                let wanted = |row: usize| {
+                    coverage.contested[row / LANES][row % LANES] & coverage.outer(covering, row)
+                };
+                self.counts.tests += if depths.known >> lane & 1 == 0 {
+                    let at = (tile.column, tile.row);
+                    meeting.in_doubles(pixels, &engine.grid, at, engine.bounds, wanted)
+                } else if engine.bounds == Bounds::Ignored {
+                    meeting.masked::<false>(pixels, wanted)
+                } else {
+                    meeting.masked::<true>(pixels, wanted)
+                };
+            }
+        }
+        for row in 0..SIDE {
+            let contested = self.scratch.coverage.contested[row / LANES][row % LANES];
+            if contested != 0 {
+                if (tile.first..tile.last).contains(&row) {
+                    self.put_contested(tile, row, contested);
+                }
+                self.scratch.pixels[row].clear(self.background);
+            }
+        }
+    }
+
+    fn put_contested(&mut self, tile: &Tile, row: usize, mut contested: u64) {
+        while contested != 0 {
+            let first = contested.trailing_zeros() as usize / LANES * LANES;
+            let bits = contested >> first & 0xff;
+            contested &= !(0xff << first);
+            let pixels = &self.scratch.pixels[row];
+            let open = if self.engine.bounds == Bounds::Ignored {
+                0
+            } else {
+                u64::from(pixels.open(first)) & bits
+            };
+            let colours = pixels.colours(first);
+            let at = (tile.column as usize + first) * BYTES_PER_PIXEL;
+            let line = &mut self.bytes[(row - tile.first) * self.row_bytes..][..self.row_bytes];
+            let line = &mut line[at..];
+            if bits == 0xff {
+                put_eight(&mut line[..LANES * BYTES_PER_PIXEL], colours);
+            } else {
+                for lane in set_bits(bits) {
+                    line[lane * BYTES_PER_PIXEL..][..BYTES_PER_PIXEL]
+                        .copy_from_slice(&bytes_of(colours.as_array()[lane]));
+                }
+            }
+            self.counts.packets += u64::from((bits & !open).count_ones());
+            for lane in set_bits(open) {
+                self.decide_contested(tile, first + lane, row);
+            }
+        }
+    }
+
+    fn decide_contested(&mut self, tile: &Tile, column: usize, row: usize) {
+        let Scratch {
+            coverage,
+            candidates,
+            ..
+        } = &mut *self.scratch;
+        candidates.clear();
+        for &at in &coverage.order {
+            let covering = &coverage.spheres[at];
+            if coverage.may_cover(covering, column, row) {
+                candidates.push(covering.record.candidate());
+            }
+        }
+        self.put_decided(tile, column, row);
+    }
+
+    /// Decides a pixel of a tile among the candidates gathered.
+    fn put_decided(&mut self, tile: &Tile, column: usize, row: usize) {
+        let engine = self.engine;
+        let at = (tile.column + column as u32, tile.row + row as u32);
+        let trusted = engine.bounds != Bounds::Refused;
+        let (seen, rung) = decide(
+            engine.grid.camera(),
+            at,
+            &mut self.scratch.candidates,
+            trusted,
+        );
+        self.counts.settled_by(rung);
+        let line = &mut self.bytes[(row - tile.first) * self.row_bytes..][..self.row_bytes];
+        let column = at.0 as usize;
+        run(line, column..column + 1).copy_from_slice(&colour_of(engine.scene, seen));
+    }
+
+    /// Packets for all pixels of a tile of many spheres; `scratch.records` are the large
+    /// ones.
+    fn draw_crowd(&mut self, tile: &Tile) {
+        let engine = self.engine;
+        let Scratch {
+            records,
+            crowd,
+            pixels,
+            ..
+        } = &mut *self.scratch;
+        let crowded = CrowdedTile {
             grid: &engine.grid,
             bins: &engine.bins,
             bounds: engine.bounds,
-            scale: engine.scale,
-            tile,
-            blocks: contested,
-            floor,
-            large: records,
+            background: engine.scene.background,
+            tile: *tile,
         };
-        let depths = &mut self.scratch.depths;
-        depths.settle(&contest, self.bytes, self.row_bytes, &mut self.counts);
+        self.counts.tests += crowd.meet(&crowded, records, pixels);
+        // Boxes may reach into rows that are not drawn now.
+        for row in 0..self.engine.bins.side() as usize {
+            if (tile.first..tile.last).contains(&row) {
+                self.put_row(tile, row);
+            }
+            self.scratch.pixels[row].clear(self.background);
+        }
     }
 
-    /// What is farther than this is hidden all over the tile, by one large sphere.
-    fn floor(&self, tile: &Tile, large: &[&Large]) -> f32 {
-        if self.engine.bounds != Bounds::Proven {
-            return f32::NEG_INFINITY;
-        }
-        let (first, last) = (tile.column, tile.column + tile.width as u32);
-        let covers = |painted: &Painted| {
-            painted.shape == Shape::Convex
-                && (tile.first..tile.last)
-                    .all(|row| painted.start[row] <= first && painted.end[row] >= last)
+    fn put_row(&mut self, tile: &Tile, row: usize) {
+        let pixels = &self.scratch.pixels[row];
+        let at = tile.column as usize * BYTES_PER_PIXEL;
+        let line = &mut self.bytes[(row - tile.first) * self.row_bytes..][..self.row_bytes];
+        pixels.put(&mut line[at..at + tile.width * BYTES_PER_PIXEL]);
+        let open = match self.engine.bounds {
+            Bounds::Ignored => 0,
+            Bounds::Proven | Bounds::Refused => pixels.all_open(tile.width),
         };
-        let Some(at) = self.scratch.painted.iter().position(covers) else {
-            return f32::NEG_INFINITY;
-        };
-        // 1/z is concave over what is seen of a sphere: least at a corner.
-        let grid = &self.engine.grid;
-        let (_, sphere) = large[at].candidate();
-        let rows = [
-            tile.row + tile.first as u32,
-            tile.row + tile.last as u32 - 1,
-        ];
-        let corners = rows
-            .into_iter()
-            .flat_map(|row| [first, last - 1].map(|column| (column, row)));
-        let least = corners
-            .map(|(column, row)| Ray::new(grid.camera(), column, row).least_inverse_z(&sphere));
-        float_below(least.fold(f64::INFINITY, f64::min))
-    }
-
-    /// Paints the records gathered, and returns the blocks that are contested.
-    fn paint_small(&mut self, tile: &Tile) -> u64 {
-        let engine = self.engine;
-        let mut records = std::mem::take(&mut self.scratch.records);
-        // Packets take equal spheres to be in the order of the file.
-        records.sort_unstable_by(|a, b| a.most.total_cmp(&b.most).then(a.index.cmp(&b.index)));
-        let across = (self.columns as usize).div_ceil(BLOCK);
-        let origin = tile.column as usize / BLOCK;
-        let mut contested = 0;
-        for eight in records.chunks(LANES) {
-            let lanes = Lanes::of(eight.iter().map(|record| record.sphere));
-            let outlines = Outline::eight(&engine.grid, &lanes, engine.bounds);
-            for (outline, record) in outlines.iter().zip(eight) {
-                let top = usize::from(record.top).max(tile.first);
-                let bottom = usize::from(record.bottom).min(tile.last - 1);
-                if top > bottom {
-                    continue;
-                }
-                let touched = blocks_of_box(&Record {
-                    top: top as u8,
-                    bottom: bottom as u8,
-                    ..*record
-                });
-                let place = |block: usize| block / BLOCKS * across + origin + block % BLOCKS;
-                let (mut free, mut hidden) = (0, 0);
-                for at in set_bits(touched) {
-                    let block = &self.scratch.blocks[place(at)];
-                    if outline.least > block.most {
-                        free |= 1 << at;
-                    } else if record.most < block.least {
-                        hidden |= 1 << at;
-                    }
-                }
-                let others = touched & !(free | hidden);
-                if outline.shape != Shape::Convex {
-                    contested |= touched;
-                    continue;
-                }
-                // Where it is hidden, painting it is wrong as well.
-                if free & !contested == 0 {
-                    contested |= others;
-                    continue;
-                }
-                contested |= others | hidden;
-                for at in set_bits(touched) {
-                    let block = &mut self.scratch.blocks[place(at)];
-                    block.most = block.most.max(record.most);
-                }
-                self.paint_sphere(tile, outline, record, top, bottom);
-            }
-        }
-        self.scratch.records = records;
-        contested
-    }
-
-    fn paint_sphere(
-        &mut self,
-        tile: &Tile,
-        outline: &Outline,
-        record: &Record,
-        top: usize,
-        bottom: usize,
-    ) {
-        let pattern = pattern(record.colour);
-        let (first, last) = (tile.column, tile.column + tile.width as u32);
-        for row in (top..=bottom).step_by(LANES) {
-            let (y, squared) = self.scratch.rows.eight(row);
-            let ends = outline.ends(y, squared, first, last);
-            let rows = LANES.min(bottom + 1 - row);
-            self.counts.tests += rows as u64;
-            if !ends.settled() {
-                self.doubt(&ends, row, top..bottom + 1);
-            }
-            let lines =
-                self.bytes[(row - self.first) * self.row_bytes..].chunks_exact_mut(self.row_bytes);
-            for (lane, line) in lines.enumerate().take(rows) {
-                let (start, end) = (ends.start[lane], ends.end[lane]);
-                if start < end {
-                    paint(run(line, start, end), &pattern);
-                }
-            }
+        self.counts.packets += tile.width as u64 - u64::from(open.count_ones());
+        for column in set_bits(open) {
+            let Scratch {
+                crowd, candidates, ..
+            } = &mut *self.scratch;
+            crowd.gather(column, row, candidates);
+            self.put_decided(tile, column, row);
         }
     }
+}
 
-    /// The pixels that an outline passes so closely that doubles can't say.
-    fn settle_doubtful(&mut self, large: &[&Large]) {
-        let engine = self.engine;
-        // Outlines of several spheres may pass one pixel: it is settled, and counted, once.
-        self.scratch.doubtful.sort_unstable();
-        self.scratch.doubtful.dedup();
-        for &(column, row) in &self.scratch.doubtful {
-            let (within, down) = (column % self.side, row - self.origin);
-            let block = block_bit(within as usize / BLOCK, down as usize / BLOCK);
-            if self.scratch.contested[(column / self.side) as usize] & block != 0 {
-                continue;
-            }
-            let records = engine.bins.records(column / self.side, row / self.side);
-            let small = records.flatten().map(Record::candidate);
-            let candidates = large.iter().map(|large| large.candidate()).chain(small);
-            let (seen, rung) = decide(engine.grid.camera(), (column, row), candidates, true);
-            self.counts.settled_by(rung);
-            let line =
-                &mut self.bytes[(down as usize - self.first) * self.row_bytes..][..self.row_bytes];
-            run(line, column, column + 1).copy_from_slice(&colour_of(engine.scene, seen));
-        }
+pub(super) fn colour_of(scene: &Scene, seen: Seen) -> Rgb {
+    match seen {
+        NONE => scene.background,
+        _ => scene.spheres.colour()[seen as usize],
     }
 }
 
 /// The bytes of some columns of a row.
-fn run(line: &mut [u8], start: u32, end: u32) -> &mut [u8] {
-    &mut line[start as usize * BYTES_PER_PIXEL..end as usize * BYTES_PER_PIXEL]
-}
-
-/// A cache line: what memory is written by.
-const LINE: usize = 64;
-
-/// The fewest lines that hold whole pixels.
-const LINES: usize = LINE * BYTES_PER_PIXEL;
-
-/// A colour again and again, for as many bytes as are copied at a time, from the
-/// first byte of a pixel or from another.
-type Pattern = [u8; LINES + BYTES_PER_PIXEL];
-
-fn pattern(colour: Rgb) -> Pattern {
-    let mut pattern = [0; LINES + BYTES_PER_PIXEL];
-    for pixel in pattern.as_chunks_mut().0 {
-        *pixel = colour;
-    }
-    pattern
-}
-
-/// Fills a run of whole pixels, the last piece over the one before.
-#[inline]
-fn paint(run: &mut [u8], pattern: &Pattern) {
-    /// From here on, filling with one byte is faster.
-    const LONG: usize = 512;
-    if run.len() >= LONG && pattern[0] == pattern[1] && pattern[1] == pattern[2] {
-        run.fill(pattern[0]);
-    } else if run.len() >= LINES {
-        // Whole lines, but for the ends.
-        pieces::<LINE>(&mut run[..LINE], pattern);
-        let first = run.as_ptr().align_offset(LINE).min(LINE);
-        let lines = &pattern[first % BYTES_PER_PIXEL..][..LINES];
-        for bytes in run[first..].chunks_exact_mut(LINES) {
-            bytes.copy_from_slice(lines);
-        }
-        let last = run.len() - LINES;
-        run[last..].copy_from_slice(&pattern[..LINES]);
-    } else if run.len() >= 24 {
-        pieces::<24>(run, pattern);
-    } else if run.len() >= 12 {
-        pieces::<12>(run, pattern);
-    } else {
-        pieces::<3>(run, pattern);
-    }
-}
-
-#[inline(always)]
-fn pieces<const N: usize>(run: &mut [u8], pattern: &Pattern) {
-    let (piece, _) = pattern.as_chunks::<N>();
-    let (pieces, rest) = run.as_chunks_mut::<N>();
-    for bytes in pieces {
-        *bytes = piece[0];
-    }
-    if !rest.is_empty() {
-        let last = run.len() - N;
-        run[last..].copy_from_slice(&piece[0]);
-    }
+fn run(line: &mut [u8], columns: Range<usize>) -> &mut [u8] {
+    &mut line[columns.start * BYTES_PER_PIXEL..columns.end * BYTES_PER_PIXEL]
 }

@@ -5,6 +5,8 @@
 //! that no two threads write to one place. A sphere that would go to many tiles
 //! is large instead: one record for the whole picture, nearest first.
 
+use std::cmp::Ordering;
+
 use bytemuck::{Pod, Zeroable};
 use memmap2::MmapMut;
 use rayon::prelude::*;
@@ -12,13 +14,14 @@ use wide::{f32x8, u32x8};
 
 use super::{
     Bounds,
-    conic::{Extents, Grid, Lanes},
+    boxes::Boxes,
+    decide::Candidate,
+    grid::{EightSpheres, Grid},
     set_bits,
 };
 use crate::{
-    methods::Seen,
     pages::{HUGE_PAGE, ask_for_huge},
-    spheres::{LANES, Rgb, Sphere, Spheres},
+    spheres::{LANES, Rgb, Spheres},
 };
 
 /// A sphere in a tile: half a cache line.
@@ -28,7 +31,7 @@ pub(super) struct Record {
     /// Centre and radius.
     pub(super) sphere: [f32; 4],
     /// No hit has a greater inverse depth.
-    pub(super) most: f32,
+    pub(super) upper: f32,
     /// Its place in the file.
     pub(super) index: u32,
     pub(super) colour: Rgb,
@@ -44,7 +47,7 @@ pub(super) struct Record {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Large {
     pub(super) sphere: [f32; 4],
-    pub(super) most: f32,
+    pub(super) upper: f32,
     pub(super) index: u32,
     pub(super) colour: Rgb,
     /// First and last column and row within the picture.
@@ -58,12 +61,13 @@ pub(super) struct Large {
 /// that covers a tile reaches beyond it on all sides, so it is large.
 const MOST_TILES: u64 = 4;
 
-/// Of so few spheres all are large: whole rows are painted faster than tiles.
-const FEW_SPHERES: usize = 64;
+/// Of so few spheres all are large: they may be painted by whole rows.
+pub(super) const FEW_SPHERES: usize = 32;
 
-/// With more tiles than this, some trillion pixels, no table of them is made: all
-/// spheres are large. Rows of such a picture can be drawn, if slowly, in little memory.
-const MOST_TABLE: usize = 1 << 28;
+/// With more tiles than this for each sphere, and than [`LEAST_TABLE`], no table of them
+/// is made: all spheres are large. So a few rows of a huge picture take little memory.
+const TILES_PER_SPHERE: usize = 64;
+const LEAST_TABLE: usize = 1 << 16;
 
 /// Spheres of a run: enough to be worth a task, and so many, if there are enough for
 /// all threads, that a tile's records lie in few places.
@@ -77,8 +81,6 @@ const RUNS_PER_THREAD: usize = 3;
 #[derive(Debug)]
 pub(super) struct Bins {
     tiles: Tiles,
-    /// The greatest finite inverse depth of any sphere.
-    pub(super) greatest: f32,
     runs: Vec<Run>,
     /// Nearest first; of equal spheres only the first of the file.
     pub(super) large: Vec<Large>,
@@ -107,7 +109,6 @@ impl Tiles {
 /// in file order.
 #[derive(Debug, Default)]
 struct Run {
-    greatest: f32,
     starts: Vec<u32>,
     records: Records,
 }
@@ -167,11 +168,12 @@ impl Bins {
         // Every run has a table of all tiles: it should not be most of its work.
         let tasks = RUNS_PER_THREAD * rayon::current_num_threads();
         let run = (spheres.len() / tasks).clamp(LEAST_RUN, MOST_RUN);
-        let run = run
-            .max(tiles.count().min(MOST_TABLE))
-            .next_multiple_of(LANES);
+        let most_tiles = (TILES_PER_SPHERE.saturating_mul(spheres.len())).max(LEAST_TABLE);
         let all_large =
-            spheres.len() <= FEW_SPHERES || tiles.count() > MOST_TABLE || bounds == Bounds::Refused;
+            spheres.len() <= FEW_SPHERES || tiles.count() > most_tiles || bounds == Bounds::Refused;
+        let run = run
+            .max(if all_large { 0 } else { tiles.count() })
+            .next_multiple_of(LANES);
         let filled = |placed: &mut Vec<Placed>, first: usize| {
             let last = (first + run).min(spheres.len());
             Run::fill(spheres, first..last, grid, tiles, all_large, placed)
@@ -188,28 +190,19 @@ impl Bins {
         };
         let mut runs = Vec::with_capacity(filled.len());
         let mut large = Vec::new();
-        let mut greatest = 0.0_f32;
         for (run, larges) in filled {
-            greatest = greatest.max(run.greatest);
             if !run.starts.is_empty() {
                 runs.push(run);
             }
             large.extend(larges);
         }
         large.par_sort_unstable_by(|a: &Large, b: &Large| {
-            let nearest = b.most.total_cmp(&a.most);
-            // The sum has no minus zero: what is equal stands together.
-            let bits = |large: &Large| large.sphere.map(|length| (length + 0.0).to_bits());
-            let equal = || bits(a).cmp(&bits(b));
+            let nearest = b.upper.total_cmp(&a.upper);
+            let equal = || cmp_spheres(&a.sphere, &b.sphere);
             nearest.then_with(equal).then(a.index.cmp(&b.index))
         });
         large.dedup_by(|later, first| later.sphere == first.sphere);
-        Self {
-            tiles,
-            greatest,
-            runs,
-            large,
-        }
+        Self { tiles, runs, large }
     }
 
     /// The small spheres of a tile, by its column and row.
@@ -220,25 +213,14 @@ impl Bins {
         })
     }
 
-    /// The small spheres of a tile that may have at least this inverse depth, in file order.
-    pub(super) fn nearer(
-        &self,
-        column: u32,
-        row: u32,
-        floor: f32,
-    ) -> impl Iterator<Item = &Record> + Clone {
-        let records = self.records(column, row).flatten();
-        records.filter(move |record| record.most >= floor)
+    /// Whether no tile has small spheres.
+    pub(super) fn has_none_small(&self) -> bool {
+        self.runs.is_empty()
     }
 
     /// Side of a tile in pixels.
     pub(super) fn side(&self) -> u32 {
         self.tiles.side()
-    }
-
-    /// Whether no tile has small spheres.
-    pub(super) fn none_small(&self) -> bool {
-        self.runs.is_empty()
     }
 }
 
@@ -252,7 +234,7 @@ struct Placed {
     /// greatest inverse depth.
     tile: [u32; LANES],
     sides: [u32; LANES],
-    most: [f32; LANES],
+    upper: [f32; LANES],
 }
 
 impl Run {
@@ -267,43 +249,38 @@ impl Run {
         placed.clear();
         let (mut large, mut several) = (Vec::new(), Vec::new());
         let mut starts = vec![0_u32; if all_large { 0 } else { tiles.count() + 1 }];
-        let mut greatest = 0.0_f32;
         for first in range.clone().step_by(LANES) {
             let [x, y, z, r] = components(spheres, first);
-            let mut extents = Extents::new(grid, &Lanes::new(x, y, z, r));
+            let mut boxes = Boxes::new(grid, &EightSpheres::new([x, y, z, r]));
             if range.end - first < LANES {
-                extents.visible &= (1 << (range.end - first)) - 1;
-            }
-            for (lane, &most) in extents.most.iter().enumerate() {
-                let counts = extents.visible >> lane & 1 == 1 && most < f32::INFINITY;
-                greatest = greatest.max(if counts { most } else { 0.0 });
+                boxes.visible &= (1 << (range.end - first)) - 1;
             }
             let (tile, sides, one) = if all_large {
                 ([0; LANES], [0; LANES], 0)
             } else {
-                tiles.of_eight(&extents)
+                tiles.of_eight(&boxes)
             };
             let mut eight = Placed {
-                one: one & extents.visible,
+                one: one & boxes.visible,
                 several: 0,
                 tile,
                 sides,
-                most: extents.most,
+                upper: boxes.upper,
             };
             for lane in set_bits(u64::from(eight.one)) {
                 starts[tile[lane] as usize] += 1;
             }
-            for lane in set_bits(u64::from(extents.visible & !one)) {
+            for lane in set_bits(u64::from(boxes.visible & !one)) {
                 let index = first + lane;
                 let sphere = Large {
                     sphere: [x[lane], y[lane], z[lane], r[lane]],
-                    most: extents.most[lane],
+                    upper: boxes.upper[lane],
                     index: index as u32,
                     colour: spheres.colour()[index],
-                    left: extents.left[lane],
-                    right: extents.right[lane],
-                    top: extents.top[lane],
-                    bottom: extents.bottom[lane],
+                    left: boxes.left[lane],
+                    right: boxes.right[lane],
+                    top: boxes.top[lane],
+                    bottom: boxes.bottom[lane],
                 };
                 let covered = tiles.of(&sphere);
                 if all_large || covered.count() > MOST_TILES {
@@ -353,7 +330,6 @@ impl Run {
             starts[0] = 0;
         }
         let run = Self {
-            greatest,
             starts,
             records: store,
         };
@@ -383,8 +359,11 @@ fn records_of(spheres: &Spheres, first: usize, placed: &Placed) -> [Record; LANE
     let words = |words: [u32; LANES]| f32x8::new(words.map(f32::from_bits));
     let index = words(std::array::from_fn(|lane| (first + lane) as u32));
     let colours = words(eight.map(|[red, green, blue]| u32::from_ne_bytes([red, green, blue, 0])));
-    let (most, sides) = (f32x8::new(placed.most), words(placed.sides.map(u32::to_le)));
-    bytemuck::cast(f32x8::transpose([x, y, z, r, most, index, colours, sides]))
+    let (upper, sides) = (
+        f32x8::new(placed.upper),
+        words(placed.sides.map(u32::to_le)),
+    );
+    bytemuck::cast(f32x8::transpose([x, y, z, r, upper, index, colours, sides]))
 }
 
 /// The tiles of a box: first and last column and row of them.
@@ -410,14 +389,14 @@ impl Tiles {
     /// The tiles of the first pixels of eight boxes, the boxes within them as the sides
     /// of a record, and which of them reach no further.
     #[inline]
-    fn of_eight(self, extents: &Extents) -> ([u32; LANES], [u32; LANES], u32) {
-        let Extents {
+    fn of_eight(self, boxes: &Boxes) -> ([u32; LANES], [u32; LANES], u32) {
+        let Boxes {
             left,
             right,
             top,
             bottom,
             ..
-        } = extents;
+        } = boxes;
         let tile = |x: u32, y: u32| (y >> self.shift) * self.columns as u32 + (x >> self.shift);
         let first = std::array::from_fn(|lane| tile(left[lane], top[lane]));
         let last = std::array::from_fn(|lane| tile(right[lane], bottom[lane]));
@@ -468,30 +447,55 @@ impl Record {
         [self.left, self.right, self.top, self.bottom]
     }
 
+    /// Pixels of its box.
+    pub(super) fn area(&self) -> usize {
+        (usize::from(self.right - self.left) + 1) * (usize::from(self.bottom - self.top) + 1)
+    }
+
     /// Whether its box is no wider and no higher than a packet is wide.
     pub(super) fn is_narrow(&self) -> bool {
         usize::from(self.right - self.left) < LANES && usize::from(self.bottom - self.top) < LANES
     }
 
     /// The sphere, by its place in the file.
-    pub(super) fn candidate(&self) -> (Seen, Sphere) {
-        candidate(self.index, self.sphere, self.colour)
+    pub(super) fn candidate(&self) -> Candidate {
+        (self.index, self.sphere)
+    }
+
+    /// Whether it is the same sphere; minus zero is zero.
+    pub(super) fn is_equal(&self, other: &Self) -> bool {
+        self.sphere == other.sphere
+    }
+
+    /// An order in which equal spheres stand together, the first of the file before the
+    /// others.
+    pub(super) fn cmp_spheres(&self, other: &Self) -> Ordering {
+        cmp_spheres(&self.sphere, &other.sphere).then(self.index.cmp(&other.index))
+    }
+
+    /// Whether no pixel lies in both boxes.
+    pub(super) fn is_apart(&self, other: &Self) -> bool {
+        self.left > other.right
+            || other.left > self.right
+            || self.top > other.bottom
+            || other.top > self.bottom
     }
 }
 
-fn candidate(index: u32, [x, y, z, radius]: [f32; 4], colour: Rgb) -> (Seen, Sphere) {
-    let sphere = Sphere {
-        centre: [x, y, z],
-        radius,
-        colour,
-    };
-    (index, sphere)
+/// An order of spheres in which those that are equal as numbers are equal.
+fn cmp_spheres(a: &[f32; 4], b: &[f32; 4]) -> Ordering {
+    // The sum has no minus zero.
+    let bits = |sphere: &[f32; 4]| sphere.map(|length| (length + 0.0).to_bits());
+    bits(a).cmp(&bits(b))
 }
 
 impl Large {
-    /// The sphere, by its place in the file.
-    pub(super) fn candidate(&self) -> (Seen, Sphere) {
-        candidate(self.index, self.sphere, self.colour)
+    /// Whether no pixel lies in both boxes.
+    pub(super) fn is_apart(&self, other: &Self) -> bool {
+        self.left > other.right
+            || other.left > self.right
+            || self.top > other.bottom
+            || other.top > self.bottom
     }
 
     /// The part of it in the tile at `(x, y)`.
@@ -500,7 +504,7 @@ impl Large {
         let within = |at: u32, origin: u32| at.saturating_sub(origin).min(side - 1) as u8;
         Record {
             sphere: self.sphere,
-            most: self.most,
+            upper: self.upper,
             index: self.index,
             colour: self.colour,
             left: within(self.left, x),

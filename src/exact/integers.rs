@@ -1,8 +1,8 @@
 //! The last rung: dyadic rationals without limit, so every answer is final.
 //!
-//! Floats are dyadic and `V` times `2(W-1)(H-1)` is too, so `A`, `B`, `c` and
-//! `D` of `exact-visibility` section 1 are sums and products of dyadics: exact
-//! at unlimited precision, never rounded, never divided.
+//! Floats are dyadic and `V` times `2(W-1)(H-1)` is too, so `A`, `B`, `c` and `D` are
+//! sums and products of dyadics: exact at unlimited precision, never rounded, never
+//! divided. (Theorem 7 of the [`proof`](super::proof).)
 
 use std::cmp::Ordering;
 

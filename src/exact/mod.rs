@@ -1,31 +1,63 @@
 //! The engine: every pixel proven right.
 //!
 //! ```text
-//! spheres -> conics -> bins -> bands: runs painted far to near -> packets -> decisions
+//! spheres -> boxes -> bins -> tiles: coverage masks or a crowd -> packets -> decisions -> bytes
 //! ```
+//!
+//! | step | module | what it does |
+//! | --- | --- | --- |
+//! | | `bounds` | every constant of every error bound |
+//! | | `grid` | the pixel grid, spheres eight at a time |
+//! | | `real`, `sight` | a ray and a sphere in doubles and in double-doubles, with running bounds |
+//! | spheres -> boxes | `boxes` | where a sphere can be seen, and how near; culling |
+//! | boxes -> bins | `bins` | the candidates of every tile |
+//! | | `outline` | the columns a sphere covers in eight rows, as masks |
+//! | | `depths` | inverse depths around a rectangle, as polynomials with a bound |
+//! | tile of few spheres | `coverage` | masks from far to near; what is contested |
+//! | tile of many spheres | `crowd` | packets for every pixel, nearest first where that pays |
+//! | | `packet` | eight pixels against a sphere, each inverse depth an interval |
+//! | what is left open | `decide`, `integers` | doubles, double-doubles, integers |
+//! | bytes | `paint` | runs and packets to bytes |
+//! | all of it | `band`, `rows` | a row of tiles; whole rows where no depths overlap |
+//!
+//! Why it is right, theorem by theorem: [`proof`].
 
 mod band;
 mod bins;
-mod conic;
+mod bounds;
+mod boxes;
+mod coverage;
+mod crowd;
 mod decide;
+mod depths;
+mod grid;
 mod integers;
+mod outline;
 mod packet;
+mod paint;
+mod real;
+mod rows;
+mod sight;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
 mod trials;
 
+#[doc = include_str!("proof.md")]
+pub mod proof {}
+
 use std::ops::{AddAssign, Range};
 
 pub(crate) use band::Scratch;
 use bins::Bins;
-use conic::{Extents, Grid, Lanes};
+use boxes::Boxes;
 use decide::Rung;
+use grid::{EightSpheres, Grid};
 
 use crate::{
     camera::{Camera, ImageSize},
     scene::{Scene, Viewport},
-    spheres::Sphere,
+    spheres::{LANES, Sphere, Spheres},
 };
 
 /// How many pixels each rung of the ladder settled, and at what effort.
@@ -38,6 +70,8 @@ pub struct Counts {
     pub packets: u64,
     /// Pixels settled one by one in doubles.
     pub doubles: u64,
+    /// Pixels settled one by one in double-doubles.
+    pub double_doubles: u64,
     /// Pixels settled one by one in integers.
     pub integers: u64,
     /// Spheres met by a row or by a packet.
@@ -48,8 +82,14 @@ impl Counts {
     fn settled_by(&mut self, rung: Rung) {
         match rung {
             Rung::Doubles => self.doubles += 1,
+            Rung::DoubleDoubles => self.double_doubles += 1,
             Rung::Integers => self.integers += 1,
         }
+    }
+
+    /// All but `rectangles`.
+    fn beyond_rectangles(&self) -> u64 {
+        self.packets + self.doubles + self.double_doubles + self.integers
     }
 }
 
@@ -58,6 +98,7 @@ impl AddAssign for Counts {
         self.rectangles += other.rectangles;
         self.packets += other.packets;
         self.doubles += other.doubles;
+        self.double_doubles += other.double_doubles;
         self.integers += other.integers;
         self.tests += other.tests;
     }
@@ -116,9 +157,9 @@ pub fn may_show(
     let grid = Grid::new(Camera::new(viewport, size));
     move |sphere| {
         let [x, y, z] = sphere.centre;
-        let lanes = Lanes::of([[x, y, z, sphere.radius]].into_iter());
-        let extents = Extents::new(&grid, &lanes);
-        extents.visible & 1 == 1 && extents.top[0] < rows.end && extents.bottom[0] >= rows.start
+        let spheres = EightSpheres::of([[x, y, z, sphere.radius]].into_iter());
+        let boxes = Boxes::new(&grid, &spheres);
+        boxes.visible & 1 == 1 && boxes.top[0] < rows.end && boxes.bottom[0] >= rows.start
     }
 }
 
@@ -128,8 +169,6 @@ pub(crate) struct Engine<'scene> {
     scene: &'scene Scene,
     grid: Grid,
     bins: Bins,
-    /// A power of two: the nearest inverse depth times this is about 1.
-    scale: f64,
     bounds: Bounds,
 }
 
@@ -143,14 +182,12 @@ impl<'scene> Engine<'scene> {
             tile.is_power_of_two() && (8..=64).contains(&tile),
             "a tile of {tile} x {tile}"
         );
-        let grid = Grid::new(camera);
-        let bins = Bins::new(&scene.spheres, &grid, tile, bounds);
-        let greatest = bins.greatest.max(f32::MIN_POSITIVE);
+        let mut grid = Grid::new(camera);
+        grid.scale = scale_of(&scene.spheres, &grid);
         Self {
             scene,
+            bins: Bins::new(&scene.spheres, &grid, tile, bounds),
             grid,
-            bins,
-            scale: f64::from(greatest).log2().floor().exp2().recip(),
             bounds,
         }
     }
@@ -159,4 +196,37 @@ impl<'scene> Engine<'scene> {
     pub(crate) fn band_rows(&self) -> u32 {
         self.bins.side()
     }
+}
+
+/// Spheres of a scene that its scale is taken from.
+const SCALE_SAMPLE: usize = 255;
+
+/// A power of two: an ordinary inverse depth times this is about 1. The median of a
+/// sample is no matter of one odd sphere.
+fn scale_of(spheres: &Spheres, grid: &Grid) -> f64 {
+    let step = (spheres.len() / SCALE_SAMPLE).max(1);
+    let sample: Vec<[f32; 4]> = (0..spheres.len())
+        .step_by(step)
+        .map(|at| {
+            let Sphere { centre, radius, .. } = spheres.get(at);
+            [centre[0], centre[1], centre[2], radius]
+        })
+        .collect();
+    let mut uppers = Vec::with_capacity(sample.len());
+    for eight in sample.chunks(LANES) {
+        let boxes = Boxes::new(grid, &EightSpheres::of(eight.iter().copied()));
+        let visible = (0..eight.len()).filter(|lane| boxes.visible >> lane & 1 == 1);
+        uppers.extend(visible.map(|lane| boxes.upper[lane]));
+    }
+    let middle = uppers.len() / 2;
+    if uppers.is_empty() {
+        return 1.0;
+    }
+    let (_, &mut median, _) = uppers.select_nth_unstable_by(middle, f32::total_cmp);
+    power_of_two_below(median.clamp(f32::MIN_POSITIVE, f32::MAX)).recip()
+}
+
+/// The greatest power of two that is not above a positive normal float.
+fn power_of_two_below(value: f32) -> f64 {
+    f64::from(f32::from_bits(value.to_bits() & 0xff << 23))
 }

@@ -1,10 +1,12 @@
 //! Whole pictures: whatever way the engine takes through one, every pixel is what
 //! the last rungs say of it when they are asked about all spheres.
 
+use std::ops::Range;
+
 use proptest::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 
-use super::{Bounds, Tuning, decide::decide, packet::colour_of, trials::Random};
+use super::{Bounds, Engine, Scratch, Tuning, band::colour_of, decide::decide, trials::Random};
 use crate::{
     camera::{BYTES_PER_PIXEL, Camera, ImageSize},
     families::{FAMILIES, cloud},
@@ -27,15 +29,23 @@ fn tuned(scene: &Scene, size: ImageSize, tile: u32, bounds: Bounds) -> Renderer<
 fn draw(scene: &Scene, size: ImageSize, tile: u32, bounds: Bounds) -> Vec<u8> {
     let mut pixels = vec![0xa5; size.pixel_bytes()];
     let counts = tuned(scene, size, tile, bounds).draw(0..size.height(), &mut pixels, &|_| ());
-    let settled = counts.rectangles + counts.packets + counts.doubles + counts.integers;
+    let settled = counts.rectangles
+        + counts.packets
+        + counts.doubles
+        + counts.double_doubles
+        + counts.integers;
     assert_eq!(settled, size.pixels(), "{counts:?}");
     pixels
 }
 
 /// The colour of one pixel, of all spheres.
 fn decided(scene: &Scene, camera: &Camera, column: u32, row: u32) -> Rgb {
-    let spheres = (0..scene.spheres.len()).map(|at| (at as u32, scene.spheres.get(at)));
-    colour_of(scene, decide(camera, (column, row), spheres, true).0)
+    let spheres = (0..scene.spheres.len()).map(|at| {
+        let Sphere { centre, radius, .. } = scene.spheres.get(at);
+        (at as u32, [centre[0], centre[1], centre[2], radius])
+    });
+    let mut spheres = spheres.collect();
+    colour_of(scene, decide(camera, (column, row), &mut spheres, true).0)
 }
 
 fn assert_pixel(scene: &Scene, size: ImageSize, pixels: &[u8], at: usize, what: &str) {
@@ -474,4 +484,26 @@ fn hidden_by_the_million() {
     let pixels = draw(&scene, size, 64, Bounds::Proven);
     assert_some_pixels(&scene, size, &pixels, 25, "a million");
     assert_alike(&scene, size, &pixels, &[16], "a million");
+}
+
+/// A band finds the room that another one leaves, however much of its tiles that drew.
+#[test]
+fn a_band_leaves_nothing_behind() {
+    let size = size(200, 64);
+    for (few, many) in [(20, 0), (0, 400), (10, 100)] {
+        let scene = mixture(&[(Kind::Large, few), (Kind::Small, many)], 5);
+        let camera = Camera::new(scene.viewport, size);
+        let engine = Engine::new(&scene, camera, Tuning::default());
+        let draw = |rows: Range<u32>, scratch: &mut Scratch| {
+            let mut pixels = vec![0; rows.len() * size.row_bytes()];
+            engine.draw_band(rows, &mut pixels, scratch);
+            pixels
+        };
+        let scratch = &mut Scratch::default();
+        let whole = draw(0..64, scratch);
+        for rows in [0..1, 20..30, 63..64, 0..40] {
+            draw(rows, scratch);
+            assert!(whole == draw(0..64, scratch), "{few} and {many} spheres");
+        }
+    }
 }

@@ -7,7 +7,15 @@
 use dashu::float::FBig;
 use wide::f64x8;
 
-use super::{conic::Around, decide::U};
+use super::{
+    bins::Record,
+    bounds::U,
+    boxes::Boxes,
+    coverage::Tile,
+    depths::Rectangles,
+    grid::{EightSpheres, Grid},
+    packet::SIDE,
+};
 use crate::{
     camera::{Camera, ImageSize},
     scene::Viewport,
@@ -83,12 +91,13 @@ impl Truth {
 
     /// Whether `1/z` of the hit, times `scale`, is at most `bound`.
     pub(super) fn at_most(&self, bound: f64, scale: f64) -> bool {
-        if bound == f64::INFINITY {
-            return true;
-        }
+        bound == f64::INFINITY || self.at_most_dyadic(&dyadic(bound), scale)
+    }
+
+    pub(super) fn at_most_dyadic(&self, bound: &Dyadic, scale: f64) -> bool {
         let (p, d, q) = self.inverse_depth();
         let scale = dyadic(scale);
-        let rest = dyadic(bound) * q - p * &scale;
+        let rest = bound * q - p * &scale;
         rest >= Dyadic::ZERO && d * &scale * scale <= &rest * &rest
     }
 
@@ -103,9 +112,13 @@ impl Truth {
         } else {
             bound
         };
+        self.at_least_dyadic(&dyadic(bound), scale)
+    }
+
+    pub(super) fn at_least_dyadic(&self, bound: &Dyadic, scale: f64) -> bool {
         let (p, d, q) = self.inverse_depth();
         let scale = dyadic(scale);
-        let rest = dyadic(bound) * q - p * &scale;
+        let rest = bound * q - p * &scale;
         rest <= Dyadic::ZERO || d * &scale * scale >= &rest * &rest
     }
 }
@@ -213,6 +226,57 @@ impl Trial {
         )
     }
 
+    pub(super) fn lengths(&self) -> [f32; 4] {
+        let [x, y, z] = self.sphere.centre;
+        [x, y, z, self.sphere.radius]
+    }
+
+    /// The sphere in every lane.
+    pub(super) fn eight(&self) -> EightSpheres {
+        EightSpheres::of(std::iter::once(self.lengths()))
+    }
+
+    /// The tile that holds the pixel.
+    pub(super) fn tile(&self) -> Tile {
+        let size = self.camera.size();
+        let side = SIDE as u32;
+        let (column, row) = (self.column / side * side, self.row / side * side);
+        Tile {
+            column,
+            row,
+            width: (size.width() - column).min(side) as usize,
+            first: 0,
+            last: (size.height() - row).min(side) as usize,
+        }
+    }
+
+    /// The sphere in that tile, if it can be seen there.
+    pub(super) fn record(&self, grid: &Grid) -> Option<Record> {
+        let boxes = Boxes::new(grid, &self.eight());
+        let tile = self.tile();
+        let size = self.camera.size();
+        let within = |first: u32, last: u32, origin: u32, side: u32| {
+            let end = (u64::from(origin) + SIDE as u64).min(u64::from(side)) - 1;
+            let met = first <= end as u32 && last >= origin;
+            let first = first.max(origin) - origin;
+            met.then(|| (first as u8, (last.min(end as u32) - origin) as u8))
+        };
+        if boxes.visible & 1 == 0 {
+            return None;
+        }
+        let (left, right) = within(boxes.left[0], boxes.right[0], tile.column, size.width())?;
+        let (top, bottom) = within(boxes.top[0], boxes.bottom[0], tile.row, size.height())?;
+        Some(Record {
+            sphere: self.lengths(),
+            upper: boxes.upper[0],
+            left,
+            right,
+            top,
+            bottom,
+            ..Record::default()
+        })
+    }
+
     pub(super) fn truth(&self) -> Truth {
         self.truth_at(f64::from(self.column), f64::from(self.row))
     }
@@ -236,13 +300,8 @@ pub(super) fn each_trial(
     }
 }
 
-/// A rectangle that holds the trial's pixel, eight times, and depths as if of a scene
-/// with a sphere that is as near, or far nearer.
-pub(super) fn around(trial: &Trial, most: f32, random: &mut Random) -> Around {
-    let greatest = if most.is_finite() { most } else { f32::MAX };
-    let exponent = f64::from(greatest.max(f32::MIN_POSITIVE)).log2().floor();
-    let nearer = [0.0, 0.0, 0.0, 5.0, 20.0, 60.0][random.below(6) as usize];
-    let scale = (-(exponent + nearer).min(127.0)).exp2();
+/// A rectangle that holds the trial's pixel, eight times.
+pub(super) fn rectangles(trial: &Trial, random: &mut Random) -> Rectangles {
     let mut side = |at: u32, least: u64| {
         let most = [1, 4, 32][random.below(3) as usize];
         let half = least + random.below(most);
@@ -251,13 +310,20 @@ pub(super) fn around(trial: &Trial, most: f32, random: &mut Random) -> Around {
     };
     let (columns, across) = side(trial.column, LANES as u64 / 2);
     let (rows, down) = side(trial.row, 1);
-    Around {
+    Rectangles {
         columns,
         rows,
         across,
         down,
-        scale,
     }
+}
+
+/// A scale as if of a scene with an ordinary sphere that is as near, or far nearer.
+pub(super) fn scale(upper: f32, random: &mut Random) -> f64 {
+    let greatest = if upper.is_finite() { upper } else { f32::MAX };
+    let exponent = f64::from(greatest.max(f32::MIN_POSITIVE)).log2().floor();
+    let nearer = [0.0, 0.0, 0.0, 5.0, 20.0, 60.0][random.below(6) as usize];
+    (-(exponent + nearer).min(127.0)).exp2()
 }
 
 /// `x/z` of a column, `y/z` of a row, as well as doubles can say.
@@ -335,7 +401,7 @@ fn viewport(random: &mut Random) -> Viewport {
     }
 }
 
-fn sphere(random: &mut Random, camera: &Camera, column: u32, row: u32) -> Sphere {
+pub(super) fn sphere(random: &mut Random, camera: &Camera, column: u32, row: u32) -> Sphere {
     let ray = [x_slope(camera, column), y_slope(camera, row), 1.0];
     let length = |v: [f64; 3]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
     let ray = ray.map(|component| component / length(ray));

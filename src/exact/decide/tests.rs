@@ -1,47 +1,71 @@
-//! The bounds of doubles, against dyadic rationals.
+//! What doubles and double-doubles decide, against integers.
 
-use super::{Ray, Sight, U, power_of_camera};
-use crate::exact::trials::{Dyadic, dyadic, each_trial};
+use super::{Candidate, Rung, Seen, decide};
+use crate::exact::trials::{Random, each_trial, sphere};
 
-#[test]
-fn the_power_of_the_camera_has_the_right_sign_and_seven_roundings() {
-    each_trial(200_000, |trial, _| {
-        let exact = trial.truth().c;
-        let rounded = power_of_camera(&trial.sphere);
-        let error = dyadic(rounded) - &exact;
-        let zero = Dyadic::ZERO;
-        let bound = dyadic(7.0 * U) * &exact;
-        let right = (rounded > 0.0) == (exact > zero) && (rounded < 0.0) == (exact < zero);
-        let close = &error * &error <= &bound * &bound;
-        if right && close {
-            Ok(())
-        } else {
-            Err(format!("{:016x} for {exact}", rounded.to_bits()))
+/// Spheres that are hard to tell from the trial's, and others.
+fn rival(lengths: [f32; 4], random: &mut Random) -> [f32; 4] {
+    let mut rival = lengths;
+    match random.below(4) {
+        0 => {}
+        1 => {
+            let length = &mut rival[random.below(4) as usize];
+            *length = if random.below(2) == 0 {
+                length.next_up()
+            } else {
+                length.next_down()
+            };
         }
-    });
+        2 => {
+            // The same outline, nearer or farther by a power of two.
+            let factor = [0.5, 2.0, 1.0][random.below(3) as usize];
+            rival = rival.map(|length| length * factor);
+        }
+        _ => {
+            for length in &mut rival {
+                *length *= random.between(0.999_999, 1.000_001) as f32;
+            }
+        }
+    }
+    let usable = rival.iter().all(|length| length.is_finite()) && rival[3] > 0.0;
+    if usable { rival } else { lengths }
 }
 
 #[test]
-fn a_sight_holds_the_exact_inverse_depth() {
-    each_trial(200_000, |trial, _| {
-        let truth = trial.truth();
-        let ray = Ray::new(&trial.camera, trial.column, trial.row);
-        let sight = ray.sight(&trial.sphere);
-        // Of a sight, inverse depth is in units of V: s = vz/z.
-        let unit = trial.camera.z_double();
-        let right = match sight {
-            Sight::Missed => !truth.hit(),
-            Sight::Doubtful { most } => !truth.hit() || truth.at_most(most, unit),
-            Sight::Met { least, most } => {
-                truth.hit() && truth.at_least(least, unit) && truth.at_most(most, unit)
-            }
-        };
-        let least = ray.least_inverse_z(&trial.sphere);
-        let right = right && (least == f64::NEG_INFINITY || truth.at_least(least, 1.0));
-        if right {
+fn every_rung_sees_the_sphere_that_integers_see() {
+    let mut rungs = [0; 3];
+    each_trial(60_000, |trial, random| {
+        let count = 1 + random.below(11) as u32;
+        let mut candidates: Vec<Candidate> = (0..count)
+            .map(|index| {
+                let lengths = if random.below(5) == 0 {
+                    let other = sphere(random, &trial.camera, trial.column, trial.row);
+                    let [x, y, z] = other.centre;
+                    [x, y, z, other.radius]
+                } else {
+                    rival(trial.lengths(), random)
+                };
+                (index as Seen, lengths)
+            })
+            .collect();
+        let at = random.below(u64::from(count)) as usize;
+        candidates[at].1 = trial.lengths();
+        candidates.rotate_left(random.below(u64::from(count)) as usize);
+        let pixel = (trial.column, trial.row);
+        let (exact, _) = decide(&trial.camera, pixel, &mut candidates.clone(), false);
+        let (seen, rung) = decide(&trial.camera, pixel, &mut candidates.clone(), true);
+        rungs[match rung {
+            Rung::Doubles => 0,
+            Rung::DoubleDoubles => 1,
+            Rung::Integers => 2,
+        }] += 1;
+        if seen == exact {
             Ok(())
         } else {
-            Err(format!("{sight:?}, 1/z >= {:016x}", least.to_bits()))
+            Err(format!(
+                "{seen} by {rung:?} instead of {exact} of {candidates:?}"
+            ))
         }
     });
+    assert!(rungs.iter().all(|&count| count > 100), "only {rungs:?}");
 }

@@ -74,6 +74,7 @@ fn draw(renderer: &Renderer<'_>, size: ImageSize, cut: u32) -> (Vec<u8>, Counts)
         counts.rectangles,
         counts.packets,
         counts.doubles,
+        counts.double_doubles,
         counts.integers,
     ];
     let settled: u64 = settled.into_iter().sum();

@@ -1,0 +1,247 @@
+//! Every constant of every error bound of the engine, each with its table of
+//! roundings; the theorems that use them are in the [`proof`](super::proof).
+//!
+//! `U` counts roundings of doubles, `U32` of floats. A product of `n` factors
+//! `1 + d` with `|d| <= u` differs from 1 by at most `n u/(1 - n u)` (Higham,
+//! Accuracy and Stability of Numerical Algorithms, 2nd ed., 2002, lemma 3.1). So each
+//! constant is one unit or more above the number of its roundings, which also pays for
+//! evaluating the bound itself. A fused multiply-add rounds once where a product and a
+//! sum round twice; the tables count twice.
+
+#[cfg(test)]
+mod tests;
+
+/// Unit roundoff of doubles.
+pub(super) const U: f64 = f64::EPSILON / 2.0;
+
+/// Unit roundoff of floats.
+pub(super) const U32: f64 = f32::EPSILON as f64 / 2.0;
+
+/// Unit roundoff of double-doubles.
+///
+/// | operation | error in `U^2` | where it is proven |
+/// | --- | --- | --- |
+/// | sum | 3 | Joldes, Muller, Popescu 2017, algorithm 6 |
+/// | product | 7 | the same, algorithm 10 |
+/// | quotient | 14 | theorem 6 |
+/// | root | 25/8 | Lefevre and others 2023, algorithm 8 |
+/// | of all, with terms in `U^3` | 15 | |
+///
+/// M. Joldes, J.-M. Muller, V. Popescu, Tight and Rigorous Error Bounds for Basic
+/// Building Blocks of Double-Word Arithmetic, ACM TOMS 44, 2017. V. Lefevre, N. Louvet,
+/// J.-M. Muller, J. Picot, L. Rideau, Accurate Calculation of Euclidean Norms Using
+/// Double-Word Arithmetic, ACM TOMS 49, 2023.
+pub(super) const U_DOUBLE_DOUBLE: f64 = 16.0 * U * U;
+
+// Boxes: theorem 1.
+
+/// Ends of a box, of the greater of their distances from the middle and the picture's
+/// side.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | numerator: `q` under the root 4/2, root 1, product 1, sum 1 | 5 | 5 |
+/// | `q`: `Cz - r`, `Cz + r`, product | 3 | 8 |
+/// | its reciprocal; pixels per unit 2; two products | 5 | 13 |
+/// | spheres beside the camera: 3 more of `w` | 3 | 16 |
+/// | the middle, the slack, two sums | 4 | 20 |
+///
+/// A pixel more or less costs next to nothing, so this is rounder.
+pub(super) const BOX_BOUND: f64 = 256.0 * U;
+
+// Outlines: theorem 2.
+
+/// Of `k = Cy^2 + Cz^2 - r^2`, if less than this share of `Cy^2 + Cz^2` is left, too
+/// much has cancelled for `k` to be used. A choice, not an error.
+pub(super) const LEAST_SHARE: f64 = 1.0 / (1 << 20) as f64;
+
+/// Where the ends of rows are known worse than this, in pixels, packets are better. A
+/// choice, not an error.
+pub(super) const GREATEST_SLACK: f64 = 1.0 / 4.0;
+
+/// `m = rising q + level` of a row, of the magnitudes of its terms.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | `Y0` | 3 | 3 |
+/// | its product with `Cy`, the sum with `Cz` | 2 | 5 |
+/// | the sum with `rising q` | 1 | 6 |
+/// | to spare | 1 | 7 |
+pub(super) const ROW_BOUND: f64 = 7.0 * U;
+
+/// The middle of a row in doubles, of its terms; what `k` is wrong by is extra.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | pixels per unit 2, over `k` 1 | 3 | 3 |
+/// | product with `Cx` | 1 | 4 |
+/// | `Cy Y0 + Cz`: see [`ROW_BOUND`] | 5 | 9 |
+/// | their product, the sum with the middle of the picture | 2 | 11 |
+/// | to spare | 5 | 16 |
+pub(super) const MIDDLE_BOUND: f64 = 16.0 * U;
+
+/// The factor `c h h` of `E`; three times what `k` is wrong by is extra, of which four
+/// are given.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | `c`, exactly summed (or 1 and once the error of `k`) | 7 | 7 |
+/// | `h` twice: see [`MIDDLE_BOUND`] | 6 | 13 |
+/// | two products | 2 | 15 |
+/// | to spare | 1 | 16 |
+pub(super) const FACTOR_BOUND: f64 = 16.0 * U;
+
+/// `E` of a row in floats, of the sum of the magnitudes of its terms.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | the coefficient | 1 | 1 |
+/// | `(e2 q + e1) q + e0` | 4 | 5 |
+/// | the bound taken away or added | 1 | 6 |
+/// | to spare | 2 | 8 |
+pub(super) const ROW_SQUARE_BOUND: f64 = 8.0 * U32;
+
+/// An end of a row in floats, of the sum of the magnitudes of its terms.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | the coefficient of the middle | 1 | 1 |
+/// | `m1 q + m0` | 2 | 3 |
+/// | the slack | 1 | 4 |
+/// | the sum with the root | 1 | 5 |
+/// | to spare | 3 | 8 |
+///
+/// The root has 2, its own and that of the sum, and may be half as great again as the
+/// bound takes it to be.
+pub(super) const ROW_END_BOUND: f64 = 8.0 * U32;
+
+// Inverse depths around a rectangle: theorem 3.
+
+/// The parts of `N0`, of the magnitudes of their terms.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | `X0` or `Y0` | 3 | 3 |
+/// | the product, the difference | 2 | 5 |
+/// | to spare | 1 | 6 |
+pub(super) const CROSS_BOUND: f64 = 6.0 * U;
+
+/// Coefficients of `D` and of `E`, of all their terms, given the computed `N0`. The
+/// greatest is that of `r^2 Y0^2`:
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | `Y0` twice | 6 | 6 |
+/// | its square, the sums of `A0` | 3 | 9 |
+/// | times `r^2`, less `N0.N0` | 2 | 11 |
+/// | the scale: quotient twice, square, product | 4 | 15 |
+/// | to spare | 1 | 16 |
+///
+/// The others: `r^2 X0 dX` 13, `N0.Np` 10, `dX^2` 12, `dX dY` 10, `N0.N0` 8; of `E`
+/// at most 11.
+pub(super) const COEFFICIENT_BOUND: f64 = 16.0 * U;
+
+/// `D` in floats, of the sum of the magnitudes of its terms.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | the coefficient | 1 | 1 |
+/// | `(d02 q + (d11 p + d01)) q + ((d20 p + d10) p + d00)` | 5 | 6 |
+/// | the bound taken away | 1 | 7 |
+/// | `c`, wrong by `2^-32`, twice: `2^-7` of a rounding; and to spare | 1 | 8 |
+pub(super) const D_BOUND: f64 = 8.0 * U32;
+
+/// `B` in floats, of the sum of the magnitudes of its terms.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | the coefficient | 1 | 1 |
+/// | `b01 q + (b10 p + b00)` | 3 | 4 |
+/// | `c`, wrong by `2^-32`: `2^-8` of a rounding; and to spare | 2 | 6 |
+pub(super) const B_BOUND: f64 = 6.0 * U32;
+
+/// `B` in doubles, of the magnitudes of its terms.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | `Y0` | 3 | 3 |
+/// | the product with `Cy`, two sums | 3 | 6 |
+/// | the scale: quotient, product | 2 | 8 |
+/// | to spare | 1 | 9 |
+pub(super) const PLANE_BOUND: f64 = 9.0 * U;
+
+/// From `b` and `d` to the inverse depth, of the magnitudes of `b` and of the root.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | the root | 1 | 1 |
+/// | the sum of both | 1 | 2 |
+/// | the spread taken away | 1 | 3 |
+/// | to spare | 1 | 4 |
+pub(super) const SUM_OF_PARTS_BOUND: f64 = 4.0 * U32;
+
+/// What operations that underflow can lose, which is relative to nothing: half the
+/// spacing of subnormals, `2^-150`, times `64^2`, the greatest power of `p` or `q`, times
+/// less than 40 operations.
+pub(super) const LEAST_BOUND: f64 = 1.0 / (1_u128 << 127) as f64 / 8.0;
+
+/// The part of the greatest `D` from which on an outline is not grazed. A choice, not
+/// an error; a power of 4, so that its root is exact.
+pub(super) const CLEAR_SHARE: f64 = 1.0 / 16384.0;
+
+/// Beyond this, some intermediate float might overflow. A choice, not an error: a
+/// float holds `2^127`.
+pub(super) const GREATEST: f64 = (1_u128 << 100) as f64;
+
+// Pixels one by one, in units of the arithmetic's own roundoff: theorem 6. Squares of
+// floats are exact in both arithmetics.
+
+/// The parts of `N`, of the magnitudes of their terms.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | `x` or `y` | 2 | 2 |
+/// | the product, the difference | 2 | 4 |
+/// | to spare | 1 | 5 |
+pub(super) const SIGHT_CROSS: f64 = 5.0;
+
+/// `r^2 A`.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | `x` twice | 4 | 4 |
+/// | its square, two sums | 3 | 7 |
+/// | times `r^2` | 1 | 8 |
+/// | its share of the difference `D` | 1 | 9 |
+/// | to spare | 1 | 10 |
+pub(super) const SIGHT_SQUARED_RADIUS: f64 = 10.0;
+
+/// `N.N` from the computed `N`.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | the square, two sums | 3 | 3 |
+/// | its share of the difference `D` | 1 | 4 |
+/// | to spare | 1 | 5 |
+pub(super) const SIGHT_SQUARED_CROSS: f64 = 5.0;
+
+/// `B`, of the magnitudes of its terms.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | `x` or `y` | 2 | 2 |
+/// | the product, two sums | 3 | 5 |
+/// | to spare, which theorem 6 needs where `B` cancels with the root | 1 | 6 |
+pub(super) const SIGHT_DOT: f64 = 6.0;
+
+/// A quotient of `c` or `A` and of a sum with a root, of values that are bounds already.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | `c` or `A` | 7 | 7 |
+/// | the difference with a bound 1 (or 1/2 under the root), the root 1 | 1.5 | 8.5 |
+/// | the sum, the quotient | 2 | 10.5 |
+/// | the factor itself | 1 | 11.5 |
+/// | where the sum cancels (theorem 6) | 4 | 15.5 |
+/// | to spare | 4.5 | 20 |
+pub(super) const SIGHT_QUOTIENT: f64 = 20.0;

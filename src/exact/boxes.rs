@@ -1,0 +1,174 @@
+//! The box of pixels in which a sphere can be seen, and an upper bound of its inverse
+//! depth, eight spheres at a time.
+
+use wide::f64x8;
+
+use super::{
+    bounds::{BOX_BOUND, U},
+    grid::{EightSpheres, Grid, float_above, splat},
+    set_bits,
+    sight::power_of_camera,
+};
+use crate::spheres::{LANES, Sphere};
+
+#[cfg(test)]
+mod tests;
+
+/// Where eight spheres can be seen at all.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Boxes {
+    /// Which lanes can show in the picture.
+    pub(super) visible: u32,
+    /// First and last column and row, within the picture.
+    pub(super) left: [u32; LANES],
+    pub(super) right: [u32; LANES],
+    pub(super) top: [u32; LANES],
+    pub(super) bottom: [u32; LANES],
+    /// No hit has a greater inverse depth.
+    pub(super) upper: [f32; LANES],
+}
+
+/// Whole numbers from 0 to `2^32 - 1`: added to `2^52`, they are the low bits.
+#[inline]
+fn whole(lanes: f64x8) -> [u32; LANES] {
+    let bits: [u64; LANES] = bytemuck::cast(lanes + splat(f64::from_bits(0x433 << 52)));
+    bits.map(|bits| bits as u32)
+}
+
+impl Boxes {
+    /// ```text
+    /// X = (Cx Cz -+ r sqrt(Cx^2 + q))/q     q = (Cz - r)(Cz + r) > 0
+    /// ```
+    ///
+    /// are the planes through the y axis that touch the sphere; `Y` likewise. No
+    /// point of it is nearer than `z = Cz - r`. Where `Cz <= r` the outline is no
+    /// ellipse: see [`Self::set_beside`]. (Theorem 1.)
+    #[inline]
+    pub(super) fn new(grid: &Grid, spheres: &EightSpheres) -> Self {
+        let &EightSpheres { x, y, z, r } = spheres;
+        let size = grid.camera().size();
+        let near = z - r;
+        let before = near.simd_gt(splat(0.0));
+        let behind = (z + r).simd_le(splat(0.0));
+        let q = near * (z + r);
+        let inverse = splat(1.0) / q;
+
+        let ends = |centre: f64x8, scale: f64, side: u32| {
+            let product = centre * z;
+            let root = r * (centre * centre + q).sqrt();
+            let scale = splat(scale) * inverse;
+            let (low, high) = ((product - root) * scale, (product + root) * scale);
+            let slack =
+                splat(BOX_BOUND) * (low.abs().fast_max(high.abs()) + splat(f64::from(side)));
+            (low - slack, high + slack)
+        };
+        let (low, high) = ends(x, grid.x_scale, size.width());
+        let middle = splat(grid.x_middle);
+        let (left, right) = ((middle + low).ceil(), (middle + high).floor());
+        let (low, high) = ends(y, grid.y_scale, size.height());
+        let middle = splat(grid.y_middle);
+        let (top, bottom) = ((middle - high).ceil(), (middle - low).floor());
+
+        let last_column = splat(f64::from(size.width() - 1));
+        let last_row = splat(f64::from(size.height() - 1));
+        let zero = splat(0.0);
+        let met = left.simd_le(right)
+            & top.simd_le(bottom)
+            & right.simd_ge(zero)
+            & left.simd_le(last_column)
+            & bottom.simd_ge(zero)
+            & top.simd_le(last_row);
+        // What is no number is 0, in lanes that nobody asks for.
+        let clamped = |end: f64x8, last: f64x8| {
+            let end = end.simd_gt(zero).select(end, zero);
+            whole(end.simd_lt(last).select(end, last))
+        };
+        let mut boxes = Self {
+            visible: (before & met).to_bitmask(),
+            left: clamped(left, last_column),
+            right: clamped(right, last_column),
+            top: clamped(top, last_row),
+            bottom: clamped(bottom, last_row),
+            upper: ((z + r) * inverse * splat(grid.scale))
+                .to_array()
+                .map(float_above),
+        };
+        let beside = !(before | behind).to_bitmask() & 0xff;
+        for lane in set_bits(u64::from(beside)) {
+            boxes.set_beside(lane, grid, &spheres.sphere(lane));
+        }
+        boxes
+    }
+
+    /// A sphere that reaches the plane `z = 0`: its outline is a branch of a hyperbola
+    /// or a parabola, or there is none since the camera is inside.
+    #[cold]
+    fn set_beside(&mut self, lane: usize, grid: &Grid, sphere: &Sphere) {
+        let size = grid.camera().size();
+        let [x, y, _] = sphere.centre;
+        let columns = ends_beside(sphere, x, grid.x_scale, size.width());
+        // Rows go down where Y goes up.
+        let rows = ends_beside(sphere, -y, grid.y_scale, size.height());
+        if let (Some((left, right)), Some((top, bottom))) = (columns, rows) {
+            self.visible |= 1 << lane;
+            (self.left[lane], self.right[lane]) = (left, right);
+            (self.top[lane], self.bottom[lane]) = (top, bottom);
+            self.upper[lane] = upper_beside(grid, sphere);
+        }
+    }
+}
+
+/// First and last column of a sphere with `-r < Cz <= r`, `Cx` being `across`; the
+/// same for rows. With `q = (Cz - r)(Cz + r) <= 0` and `w = Cx^2 + q`, the outline is
+/// everywhere for `w <= 0`, else beyond the plane through the y axis that touches the
+/// sphere before the camera (`exact::proof`, theorem 1):
+///
+/// ```text
+/// |X| >= (|Cx| - r)(|Cx| + r)/(|Cx| Cz + r sqrt w)      Cz >= 0
+///      = (|Cx| Cz - r sqrt w)/q                         Cz < 0
+/// ```
+fn ends_beside(sphere: &Sphere, across: f32, scale: f64, side: u32) -> Option<(u32, u32)> {
+    let last = side - 1;
+    let Sphere { centre, radius, .. } = *sphere;
+    let flat = Sphere {
+        centre: [across, 0.0, centre[2]],
+        ..*sphere
+    };
+    let w = power_of_camera(&flat);
+    if w <= 0.0 {
+        return Some((0, last));
+    }
+    let (x, z, r) = (
+        f64::from(across.abs()),
+        f64::from(centre[2]),
+        f64::from(radius),
+    );
+    let slope = if z >= 0.0 {
+        (x - r) * (x + r) / (x * z + r * w.sqrt())
+    } else {
+        (x * z - r * w.sqrt()) / ((z - r) * (z + r))
+    };
+    let pixels = slope * scale;
+    let slack = BOX_BOUND * (pixels.abs() + f64::from(side));
+    let middle = 0.5 * f64::from(last);
+    // NaN, of a plane at infinity, bounds nothing.
+    let first = (middle + pixels - slack).ceil().max(0.0);
+    if first > f64::from(last) {
+        return None;
+    }
+    let first = first as u32;
+    Some(if across > 0.0 {
+        (first, last)
+    } else {
+        (0, last - first)
+    })
+}
+
+/// The surface is at least `||C| - r| = |c|/(|C| + r)` away, and a ray reaches
+/// `z = 1` within [`Grid::reach`].
+fn upper_beside(grid: &Grid, sphere: &Sphere) -> f32 {
+    let [x, y, z] = sphere.centre.map(f64::from);
+    let sum = (x * x + y * y + z * z).sqrt() + f64::from(sphere.radius);
+    let upper = grid.reach * sum / power_of_camera(sphere).abs() * (1.0 + 32.0 * U);
+    float_above(upper * grid.scale)
+}

@@ -1,0 +1,189 @@
+//! Boxes and the greatest inverse depth, against dyadic rationals.
+
+use super::{Boxes, Grid, Sphere};
+use crate::{
+    camera::{Camera, ImageSize},
+    exact::trials::{Random, Trial, Truth, each_trial, scale},
+    scene::Viewport,
+};
+
+/// Whether any `V` with this `X` (or `Y`) meets the sphere: seen along the y axis (or
+/// the x axis), a ray of the plane meets a circle, as if there were one row (or column).
+fn meets_plane(trial: &Trial, axis: usize, at: f64) -> bool {
+    let size = trial.camera.size();
+    let mut sphere = trial.sphere;
+    let sides = if axis == 0 {
+        sphere.centre[1] = 0.0;
+        (size.width(), 1)
+    } else {
+        sphere.centre[0] = 0.0;
+        (1, size.height())
+    };
+    let size = ImageSize::new(sides.0, sides.1).expect("a size");
+    let camera = Camera::new(trial.camera.viewport(), size);
+    let (column, row) = if axis == 0 { (at, 0.0) } else { (0.0, at) };
+    Truth::new(&camera, &sphere, column, row).hit()
+}
+
+#[test]
+fn boxes_leave_nothing_out() {
+    let (mut sides, mut beside, mut invisible) = (0, 0, 0);
+    each_trial(80_000, |trial, random| {
+        let mut grid = Grid::new(trial.camera);
+        let boxes = Boxes::new(&grid, &trial.eight());
+        let size = trial.camera.size();
+        let [left, right, top, bottom] =
+            [boxes.left, boxes.right, boxes.top, boxes.bottom].map(|side| side[0]);
+        let (last_column, last_row) = (size.width() - 1, size.height() - 1);
+        if boxes.visible & 1 == 0 {
+            invisible += 1;
+            let mut any = |side: u32| random.below(u64::from(side)) as u32;
+            let other = (any(size.width()), any(size.height()));
+            for (column, row) in [(trial.column, trial.row), other] {
+                if trial.truth_at(f64::from(column), f64::from(row)).hit() {
+                    return Err(format!("invisible, but hit at ({column}, {row})"));
+                }
+            }
+            return Ok(());
+        }
+        if right > last_column || bottom > last_row || left > right || top > bottom {
+            return Err(format!("columns {left}..={right}, rows {top}..={bottom}"));
+        }
+        let beyond = [
+            (0, left > 0, f64::from(left) - 1.0),
+            (0, right < last_column, f64::from(right) + 1.0),
+            (1, top > 0, f64::from(top) - 1.0),
+            (1, bottom < last_row, f64::from(bottom) + 1.0),
+        ];
+        let reaches_camera = trial.sphere.centre[2] <= trial.sphere.radius;
+        for (axis, within, at) in beyond {
+            if within && meets_plane(trial, axis, at) {
+                return Err(format!("axis {axis}: {at} is hit"));
+            }
+            sides += u64::from(within);
+            beside += u64::from(within && reaches_camera);
+        }
+        let truth = trial.truth();
+        let within = (left..=right).contains(&trial.column) && (top..=bottom).contains(&trial.row);
+        if truth.hit() && !within {
+            return Err("a hit beyond the box".into());
+        }
+        grid.scale = scale(boxes.upper[0], random);
+        let upper = Boxes::new(&grid, &trial.eight()).upper[0];
+        if truth.hit() && !truth.at_most(f64::from(upper), grid.scale) {
+            return Err(format!("nearer than {upper:e}"));
+        }
+        Ok(())
+    });
+    assert!(sides > 40_000, "only {sides} sides of boxes");
+    assert!(
+        beside > 1_000,
+        "only {beside} of spheres at the camera's plane"
+    );
+    assert!(invisible > 5_000, "only {invisible} invisible");
+}
+
+/// The greatest inverse depth is that of the pole that faces the camera's plane; of a
+/// sphere that reaches this plane, no more is claimed than in the direction of its
+/// nearest point.
+#[test]
+fn no_pole_is_nearer_than_the_box_says() {
+    let (mut poles, mut beside) = (0, 0);
+    each_trial(60_000, |trial, _| {
+        let [x, y, z] = trial.sphere.centre.map(f64::from);
+        let depth = z - f64::from(trial.sphere.radius);
+        let before = depth > 0.0;
+        let grid = Grid::new(trial.camera);
+        let boxes = Boxes::new(&grid, &trial.eight());
+        if boxes.visible & 1 == 0 {
+            return Ok(());
+        }
+        let depth = if before { depth } else { z };
+        let column = x / depth * grid.x_scale + grid.x_middle;
+        let row = grid.y_middle - y / depth * grid.y_scale;
+        let size = trial.camera.size();
+        let seen = (0.0..f64::from(size.width())).contains(&column)
+            && (0.0..f64::from(size.height())).contains(&row);
+        if !column.is_finite() || !row.is_finite() || !before && !seen {
+            return Ok(());
+        }
+        let (column, row) = if before {
+            (column, row)
+        } else {
+            (column.floor(), row.floor())
+        };
+        let truth = trial.truth_at(column, row);
+        poles += u64::from(truth.hit());
+        beside += u64::from(truth.hit() && !before);
+        let upper = boxes.upper[0];
+        if truth.hit() && !truth.at_most(f64::from(upper), 1.0) {
+            return Err(format!("the pole is nearer than {upper:e}"));
+        }
+        Ok(())
+    });
+    assert!(poles > 10_000, "only {poles} poles");
+    assert!(beside > 500, "only {beside} nearest points");
+}
+
+/// Spheres that touch the plane of a column exactly: 3-4-5 triangles so long that
+/// doubles round on the way.
+#[test]
+fn boxes_hold_columns_that_touch() {
+    let mut touched = 0;
+    for number in 0..60_000 {
+        let mut random = Random::new(number);
+        let mut whole = |bits: u32| (1 + random.below(1 << bits)) as f64;
+        let (along, across, unit) = (whole(20), whole(20), whole(20));
+        let (last, place) = (2.0 * whole(10), random.below(4));
+        // The ray of column `last` is (4, 0, 3) times the unit: touch it from the left,
+        // from below with x and y exchanged, and so on.
+        let sign = if place & 1 == 0 { 1.0 } else { -1.0 };
+        let (x, z) = (4.0 * along - 3.0 * across, 3.0 * along + 4.0 * across);
+        let sphere = if place & 2 == 0 {
+            [sign * x, 0.0, z]
+        } else {
+            [0.0, sign * x, z]
+        };
+        let side = last as u32 + 1;
+        let camera = Camera::new(
+            Viewport {
+                width: (8.0 * unit) as f32,
+                height: (8.0 * unit) as f32,
+                distance: (3.0 * unit) as f32,
+            },
+            ImageSize::new(side, side).expect("a size"),
+        );
+        let sphere = Sphere {
+            centre: sphere.map(|length| length as f32),
+            radius: (5.0 * across) as f32,
+            colour: [0; 3],
+        };
+        let middle = side / 2;
+        let edge = if sign > 0.0 { side - 1 } else { 0 };
+        let (column, row) = if place & 2 == 0 {
+            (edge, middle)
+        } else {
+            (middle, side - 1 - edge)
+        };
+        let trial = Trial {
+            camera,
+            sphere,
+            column,
+            row,
+        };
+        if !trial.truth().hit() {
+            // Its centre is beyond 24 bits: no exact case.
+            continue;
+        }
+        touched += 1;
+        let boxes = Boxes::new(&Grid::new(camera), &trial.eight());
+        let columns = boxes.left[0]..=boxes.right[0];
+        let rows = boxes.top[0]..=boxes.bottom[0];
+        assert!(
+            boxes.visible & 1 == 1 && columns.contains(&column) && rows.contains(&row),
+            "trial {number}: {columns:?} {rows:?}; {}",
+            trial.describe(),
+        );
+    }
+    assert!(touched > 10_000, "only {touched} touched");
+}

@@ -1,0 +1,364 @@
+//! Inverse depths of eight spheres around as many rectangles of pixels, as polynomials
+//! with a bound of their error.
+//!
+//! ```text
+//! 1/z = B/c + sqrt(D/c^2)         A = V.V     B = C.V     c = C.C - r^2
+//! D = r^2 A - N.N                 N = C x V               (Lagrange's identity)
+//! ```
+//!
+//! with the camera outside or inside. With `p`, `q` columns and rows from the middle of
+//! the rectangle,
+//!
+//! ```text
+//! d = d00 + d10 p + d01 q + d20 p^2 + d11 p q + d02 q^2
+//! b = b00 + b10 p + b01 q
+//! ```
+//!
+//! are `D/c^2` and `B/c`. A bound is relative to the greatest value in the rectangle, so
+//! rectangles are best as small as the sphere.
+
+use wide::f64x8;
+
+use super::{
+    Bounds,
+    bounds::{
+        B_BOUND, CLEAR_SHARE, COEFFICIENT_BOUND, CROSS_BOUND, D_BOUND, GREATEST, LEAST_BOUND,
+        LEAST_SHARE, PLANE_BOUND, SUM_OF_PARTS_BOUND, U32,
+    },
+    grid::{EightSpheres, Grid, float_above, float_below, splat},
+    set_bits,
+    sight::power_of_camera,
+};
+use crate::spheres::LANES;
+
+#[cfg(test)]
+mod tests;
+
+/// Eight rectangles of pixels.
+pub(super) struct Rectangles {
+    /// The pixels of `p = q = 0`; they may lie outside the picture.
+    pub(super) columns: f64x8,
+    pub(super) rows: f64x8,
+    /// `|p| <= across`, `|q| <= down`.
+    pub(super) across: f64x8,
+    pub(super) down: f64x8,
+}
+
+/// `d` and `b` of eight spheres in doubles.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Depths {
+    across: f64x8,
+    down: f64x8,
+    d00: f64x8,
+    d10: f64x8,
+    d01: f64x8,
+    d20: f64x8,
+    d11: f64x8,
+    d02: f64x8,
+    b00: f64x8,
+    b10: f64x8,
+    b01: f64x8,
+    /// What `d`, evaluated in floats anywhere in the rectangle, is wrong by at most.
+    d_bound: f64x8,
+    /// The same of `b + sqrt d`, but for what `d` is wrong by.
+    bound: f64x8,
+    /// No `d` in the rectangle is greater, with its bound or without.
+    d_upper: f64x8,
+    /// `b - b00` is no greater.
+    b_linear: f64x8,
+    /// Lanes whose numbers can be used.
+    known: f64x8,
+    /// Lanes of which no pixel of the rectangle is met.
+    missed: f64x8,
+    /// Lanes with `c > 0`.
+    outside: f64x8,
+}
+
+/// The depths of eight spheres in floats: with `p`, `q` as in [`Depths`],
+///
+/// ```text
+/// 1/z <= b + sqrt d                               no hit if d < 0
+/// 1/z >= b - spread + sqrt(d - d_spread)          a hit if d > d_spread
+/// 1/z >= b - clear_spread + sqrt d                and a hit, if d > clear
+/// ```
+///
+/// The last form has one root where the others have two. Where an outline is grazed
+/// it says nothing.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FloatDepths {
+    /// Lanes that say something; the bounds of the others are infinite.
+    pub(super) known: u32,
+    /// The `p` and `q` that are least: `-across` and `-down`.
+    pub(super) p: [f32; LANES],
+    pub(super) q: [f32; LANES],
+    pub(super) d00: [f32; LANES],
+    pub(super) d10: [f32; LANES],
+    pub(super) d01: [f32; LANES],
+    pub(super) d20: [f32; LANES],
+    pub(super) d11: [f32; LANES],
+    pub(super) d02: [f32; LANES],
+    pub(super) d_spread: [f32; LANES],
+    pub(super) b00: [f32; LANES],
+    pub(super) b10: [f32; LANES],
+    pub(super) b01: [f32; LANES],
+    pub(super) spread: [f32; LANES],
+    pub(super) clear: [f32; LANES],
+    pub(super) clear_spread: [f32; LANES],
+}
+
+/// What is seen of eight spheres in a rectangle each.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DepthRanges {
+    /// Every pixel is hit.
+    pub(super) covered: u32,
+    /// No hit has a smaller inverse depth.
+    pub(super) lower: [f32; LANES],
+    /// No hit has a greater inverse depth; negative if there is none.
+    pub(super) upper: [f32; LANES],
+}
+
+impl Depths {
+    /// ```text
+    /// N   = N0 + p Np + q Nq      Np = dX (0, Cz, -Cy)      Nq = dY (-Cz, 0, Cx)
+    /// d00 = r^2 A0 - N0.N0
+    /// d10 = 2 (r^2 X0 dX - N0.Np)           d01 = 2 (r^2 Y0 dY - N0.Nq)
+    /// d20 = r^2 dX^2 - Np.Np    d11 = -2 Np.Nq     d02 = r^2 dY^2 - Nq.Nq
+    /// ```
+    ///
+    /// With `n` the sum of the parts of `|N|`, greatest in the rectangle, `a` the
+    /// greatest `A` and `h` the bound of the parts of `N0`, summed likewise, the
+    /// coefficients are wrong by no more than
+    /// `COEFFICIENT_BOUND (r^2 a + n^2) + (2 n + h) h` anywhere in it (theorem 3).
+    #[inline]
+    pub(super) fn new(grid: &Grid, rectangles: &Rectangles, spheres: &EightSpheres) -> Self {
+        let &EightSpheres { x, y, z, r } = spheres;
+        let (x0, y0) = (grid.x(rectangles.columns), grid.y(rectangles.rows));
+        let (dx, dy) = (grid.x_step, -grid.y_step);
+        let (s, t) = (rectangles.across, rectangles.down);
+        let (zero, one, two) = (splat(0.0), splat(1.0), splat(2.0));
+
+        let squared_radius = r * r;
+        let yz = y.mul_add(y, z * z);
+        let xz = x.mul_add(x, z * z);
+        let k = yz - squared_radius;
+        let (n_x, n_y, n_z) = (
+            z.mul_neg_add(y0, y),
+            z.mul_sub(x0, x),
+            x.mul_sub(y0, y * x0),
+        );
+        let a0 = x0.mul_add(x0, y0.mul_add(y0, one));
+        let nn = n_x.mul_add(n_x, n_y.mul_add(n_y, n_z * n_z));
+        let d00 = squared_radius.mul_sub(a0, nn);
+        let d10 = n_z.mul_add(y, n_y.mul_neg_add(z, squared_radius * x0)) * splat(2.0 * dx);
+        let d01 = n_x.mul_add(z, n_z.mul_neg_add(x, squared_radius * y0)) * splat(2.0 * dy);
+        let d20 = k * splat(-dx * dx);
+        let d02 = (squared_radius - xz) * splat(dy * dy);
+        let d11 = x * y * splat(2.0 * dx * dy);
+        let b00 = x.mul_add(x0, y.mul_add(y0, z));
+        let (b10, b01) = (x * splat(dx), y * splat(dy));
+
+        let [x_abs, y_abs, z_abs] = [x.abs(), y.abs(), z.abs()];
+        let (x0_abs, y0_abs) = (x0.abs(), y0.abs());
+        let (x_span, y_span) = (s * splat(dx.abs()), t * splat(dy.abs()));
+        let (x_upper, y_upper) = (x0_abs + x_span, y0_abs + y_span);
+        let a_upper = x_upper.mul_add(x_upper, y_upper.mul_add(y_upper, one));
+        let n_upper = n_x.abs() + n_y.abs() + n_z.abs();
+        let n_upper = (y_abs + z_abs).mul_add(x_span, (x_abs + z_abs).mul_add(y_span, n_upper));
+        let terms = x0_abs.mul_add(y_abs + z_abs, y0_abs.mul_add(x_abs + z_abs, x_abs + y_abs));
+        let h = splat(CROSS_BOUND) * terms;
+        let squares = squared_radius.mul_add(a_upper, n_upper * n_upper);
+        let d_bound = n_upper
+            .mul_add(two, h)
+            .mul_add(h, splat(COEFFICIENT_BOUND) * squares);
+
+        // c within 2^-32 of itself: where little is left of it, exactly.
+        let sure = k.simd_gt(splat(LEAST_SHARE) * yz).to_bitmask();
+        let mut c = x.mul_add(x, k);
+        if sure != 0xff {
+            let mut lanes = c.to_array();
+            for lane in set_bits(u64::from(!sure & 0xff)) {
+                lanes[lane] = power_of_camera(&spheres.sphere(lane));
+            }
+            c = f64x8::new(lanes);
+        }
+        let scale = splat(grid.scale) / c;
+        let squared_scale = scale * scale;
+        let [d00, d10, d01, d20, d11, d02, d_bound] =
+            [d00, d10, d01, d20, d11, d02, d_bound].map(|value| value * squared_scale);
+        let [b00, b10, b01] = [b00, b10, b01].map(|value| value * scale);
+
+        let (ss, st, tt) = (s * s, s * t, t * t);
+        let d_linear = s.mul_add(d10.abs(), t.mul_add(d01.abs(), st * d11.abs()));
+        let d_upper = d00.abs() + ss.mul_add(d20.abs(), tt.mul_add(d02.abs(), d_linear));
+        let b_linear = s.mul_add(b10.abs(), t * b01.abs());
+        let b_upper = b00.abs() + b_linear;
+        let b_terms = x_abs.mul_add(x0_abs, y_abs.mul_add(y0_abs, z_abs));
+        let b_terms = b_terms.mul_add(scale.abs(), b_linear);
+        // More than the bounds are of themselves: they are evaluated as well.
+        let up = splat(1.0 + 32.0 * U32);
+        let d_bound = splat(D_BOUND)
+            .mul_add(d_upper, d_bound)
+            .mul_add(up, splat(LEAST_BOUND));
+        let bulge = ss.mul_add(d20.fast_max(zero), tt.mul_add(d02.fast_max(zero), d_linear));
+        let highest = d00 + bulge;
+        let top = highest.fast_max(zero) + two * d_bound;
+        let b_bound = splat(B_BOUND).mul_add(b_upper, splat(PLANE_BOUND) * b_terms);
+        let parts = splat(SUM_OF_PARTS_BOUND).mul_add(b_upper + top.sqrt(), b_bound);
+        let bound = parts.mul_add(up, splat(2.0 * LEAST_BOUND));
+
+        // Where B < 0, B + sqrt D is negative: no packet takes that for a hit (theorem 4).
+        let outside = c.simd_gt(zero);
+        let inside = c.simd_lt(zero);
+        let greatest = splat(GREATEST);
+        let finite = (d_upper + d_bound).simd_lt(greatest) & (b_upper + bound).simd_lt(greatest);
+        let away = outside & (b00 + b_linear).simd_lt(-b_bound);
+        let missed = outside & finite & (away | highest.simd_lt(-d_bound));
+        Self {
+            across: s,
+            down: t,
+            d00,
+            d10,
+            d01,
+            d20,
+            d11,
+            d02,
+            b00,
+            b10,
+            b01,
+            d_bound,
+            bound,
+            d_upper: top,
+            b_linear,
+            known: (outside | inside) & finite,
+            missed,
+            outside,
+        }
+    }
+}
+
+impl Depths {
+    /// As `sqrt(d - 2 e)` is at least `sqrt d - 2 e/sqrt d` for `d >= 2 e`, and `d` no less
+    /// than `clear`, with `e` the bound of `d` (theorem 4),
+    ///
+    /// ```text
+    /// clear = max(CLEAR_SHARE top, 2 e)          top: no d is greater
+    /// clear_spread = spread + 2 e/sqrt(CLEAR_SHARE top)
+    /// ```
+    #[inline]
+    pub(super) fn to_floats(self, bounds: Bounds) -> FloatDepths {
+        let zero = splat(0.0);
+        let known = if bounds == Bounds::Refused {
+            zero
+        } else {
+            self.known
+        };
+        let (d_bound, bound) = if bounds == Bounds::Ignored {
+            (zero, zero)
+        } else {
+            (self.d_bound, self.bound)
+        };
+        let (d_spread, spread) = (splat(2.0) * d_bound, splat(2.0) * bound);
+        let clear = (splat(CLEAR_SHARE) * self.d_upper).fast_max(d_spread);
+        let grazed = splat(CLEAR_SHARE.sqrt()) * self.d_upper.sqrt();
+        let clear_spread = spread + d_spread / grazed;
+        let unbounded = splat(f64::INFINITY);
+        let floats = |value: f64x8| {
+            known
+                .select(value, zero)
+                .to_array()
+                .map(|value| value as f32)
+        };
+        let above = |value: f64x8| known.select(value, unbounded).to_array().map(float_above);
+        FloatDepths {
+            known: known.to_bitmask(),
+            p: (-self.across).to_array().map(|value| value as f32),
+            q: (-self.down).to_array().map(|value| value as f32),
+            d00: floats(self.d00 + d_bound),
+            d10: floats(self.d10),
+            d01: floats(self.d01),
+            d20: floats(self.d20),
+            d11: floats(self.d11),
+            d02: floats(self.d02),
+            d_spread: above(d_spread),
+            b00: floats(self.b00 + bound),
+            b10: floats(self.b10),
+            b01: floats(self.b01),
+            spread: above(spread),
+            clear: above(clear),
+            clear_spread: above(clear_spread),
+        }
+    }
+
+    /// What is seen in the rectangles, of spheres with these bounds of their own.
+    ///
+    /// For any `g > 0`, `sqrt d <= (g + d/g)/2`; with `g = sqrt d00` that is the tangent
+    /// plane. Of a sphere with the camera outside, what is seen is convex and `1/z`
+    /// concave on it: it is least at a corner of the rectangle, or on the outline, where
+    /// it is `b`. With the camera inside, `1/z` is convex and above its tangent plane.
+    /// (Theorem 5.)
+    #[inline]
+    pub(super) fn ranges(&self, lower: [f32; LANES], upper: [f32; LANES]) -> DepthRanges {
+        let (zero, half) = (splat(0.0), splat(0.5));
+        let &Self {
+            across: s,
+            down: t,
+            d00,
+            d_bound,
+            b00,
+            bound,
+            ..
+        } = self;
+        let root = d00.fast_max(zero).sqrt();
+        let inverse = half / root;
+        let slope =
+            s * (self.d10 * inverse + self.b10).abs() + t * (self.d01 * inverse + self.b01).abs();
+        let bulge = s * s * self.d20.fast_max(zero)
+            + t * t * self.d02.fast_max(zero)
+            + s * t * self.d11.abs();
+        let tangent = b00 + root + slope + (bulge + d_bound) * inverse;
+        let interval = b00 + self.b_linear + self.d_upper.sqrt();
+        let up = splat(1.0 + 32.0 * U32);
+        let above = (least_of(tangent, interval) + bound) * up;
+
+        let mut corners = splat(f64::INFINITY);
+        let mut covered = self.outside;
+        for (p, q) in [(s, t), (s, -t), (-s, t), (-s, -t)] {
+            let (pp, pq, qq) = (p * p, p * q, q * q);
+            let d =
+                d00 + self.d10 * p + self.d01 * q + self.d20 * pp + self.d11 * pq + self.d02 * qq;
+            let b = b00 + self.b10 * p + self.b01 * q;
+            covered = covered & d.simd_gt(d_bound) & b.simd_gt(bound);
+            corners = least_of(corners, b + (d - d_bound).fast_max(zero).sqrt());
+        }
+        let plane = b00 - self.b_linear;
+        let outside = covered.select(corners, plane) - bound;
+        // A gradient is worse known than d, in the share of d that it is of.
+        let steady = self.d_upper.simd_lt(splat(8.0) * d00);
+        let inside = b00 + root - slope - splat(4.0) * bound - splat(16.0) * d_bound * inverse;
+        let inside = steady.select(inside, zero);
+        let below = self.outside.select(outside, inside) * splat(1.0 - 32.0 * U32);
+
+        let known = self.known;
+        let lanes = |whole: [f32; LANES]| f64x8::new(whole.map(f64::from));
+        let (whole_lower, whole_upper) = (lanes(lower), lanes(upper));
+        let below = known.select(below, zero);
+        let lower = below.simd_gt(whole_lower).select(below, whole_lower);
+        let upper = least_of(known.select(above, whole_upper), whole_upper);
+        // Inside, every pixel sees the far wall.
+        let covered = self.outside.select(covered, known);
+        DepthRanges {
+            covered: (covered & known).to_bitmask(),
+            lower: lower.to_array().map(float_below),
+            upper: self
+                .missed
+                .select(splat(-1.0), upper)
+                .to_array()
+                .map(float_above),
+        }
+    }
+}
+
+/// The lesser of each lane; `b` where `a` is not a number.
+fn least_of(a: f64x8, b: f64x8) -> f64x8 {
+    a.simd_lt(b).select(a, b)
+}

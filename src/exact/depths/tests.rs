@@ -1,0 +1,164 @@
+//! Inverse depths around rectangles, in floats and as ranges, against dyadic rationals.
+
+use wide::f32x8;
+
+use super::{Bounds, Depths, FloatDepths, LANES, Rectangles, f64x8};
+use crate::exact::{
+    boxes::Boxes,
+    grid::Grid,
+    outline::{Outline, Placement},
+    trials::{Dyadic, Random, Trial, dyadic, each_trial, rectangles, scale},
+};
+
+/// `d`, `b` in floats, in the order in which packets compute them.
+fn evaluated(depths: &FloatDepths, p: f32, q: f32) -> (f32, f32) {
+    let splat = |of: &[f32; LANES]| f32x8::splat(of[0]);
+    let (p, q) = (f32x8::splat(p), f32x8::splat(q));
+    let d0 = splat(&depths.d20).mul_add(p, splat(&depths.d10));
+    let d0 = d0.mul_add(p, splat(&depths.d00));
+    let d1 = splat(&depths.d11).mul_add(p, splat(&depths.d01));
+    let d = splat(&depths.d02).mul_add(q, d1).mul_add(q, d0);
+    let b0 = splat(&depths.b10).mul_add(p, splat(&depths.b00));
+    let b = splat(&depths.b01).mul_add(q, b0);
+    (d.to_array()[0], b.to_array()[0])
+}
+
+/// Whether `exact/unit <= value <= exact/unit + spread`, for `unit > 0` or `< 0`.
+fn within(value: f32, exact: &Dyadic, unit: &Dyadic, spread: f32) -> bool {
+    let [value, spread] = [value, spread].map(|float| dyadic(f64::from(float)));
+    let sign = if *unit < Dyadic::ZERO { -1.0 } else { 1.0 };
+    let above = (value * unit - exact) * dyadic(sign);
+    above >= Dyadic::ZERO && above <= spread * unit * dyadic(sign)
+}
+
+/// The trial's rectangle, its middle, and pixels of it counted from there: its corners,
+/// some others, and the trial's own.
+fn places(trial: &Trial, around: &Rectangles, random: &mut Random) -> Vec<[f64; 2]> {
+    let of = |lanes: f64x8| lanes.to_array()[0];
+    let half = [of(around.across), of(around.down)];
+    let corners = [[-1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [1.0, -1.0]];
+    let mut places: Vec<_> = corners.map(|[p, q]| [p * half[0], q * half[1]]).into();
+    places.push(half.map(|half| random.below(2 * half as u64 + 1) as f64 - half));
+    places.push([
+        f64::from(trial.column) - of(around.columns),
+        f64::from(trial.row) - of(around.rows),
+    ]);
+    places
+}
+
+#[test]
+fn floats_are_within_their_bounds() {
+    let (mut known, mut met, mut clear) = (0, 0, 0);
+    each_trial(60_000, |trial, random| {
+        let mut grid = Grid::new(trial.camera);
+        let boxes = Boxes::new(&grid, &trial.eight());
+        grid.scale = scale(boxes.upper[0], random);
+        let around = rectangles(trial, random);
+        let middle = [around.columns, around.rows].map(|lanes| lanes.to_array()[0]);
+        let depths = Depths::new(&grid, &around, &trial.eight()).to_floats(Bounds::Proven);
+        if depths.known & 1 == 0 {
+            return if depths.spread[0] == f32::INFINITY && depths.clear[0] == f32::INFINITY {
+                Ok(())
+            } else {
+                Err("unknown, but bounded".into())
+            };
+        }
+        let unit_scale = dyadic(grid.scale);
+        for [p, q] in places(trial, &around, random) {
+            let truth = trial.truth_at(middle[0] + p, middle[1] + q);
+            let (d, b) = evaluated(&depths, p as f32, q as f32);
+            if !(d.is_finite() && b.is_finite()) {
+                return Err(format!("{d:e}, {b:e} at ({p}, {q})"));
+            }
+            known += 1;
+            let unit = &truth.c * &truth.z;
+            let exact = &truth.d * &unit_scale * &unit_scale;
+            let (d_spread, spread) = (depths.d_spread[0], depths.spread[0]);
+            if !within(d, &exact, &(&unit * &unit), d_spread) {
+                return Err(format!("D/c^2 at ({p}, {q}): {d:e} - {d_spread:e}"));
+            }
+            if !within(b, &(&truth.b * &unit_scale), &unit, spread) {
+                return Err(format!("B/c at ({p}, {q}): {b:e} - {spread:e}"));
+            }
+            let upper = b + d.sqrt();
+            let lower = (b - spread) + (d - d_spread).sqrt();
+            let clear_lower = upper - depths.clear_spread[0];
+            if truth.hit() && !truth.at_most(f64::from(upper), grid.scale) {
+                return Err(format!("({p}, {q}) is nearer than {upper:e}"));
+            }
+            let holds = |lower: f32| {
+                lower <= 0.0 || truth.hit() && truth.at_least(f64::from(lower), grid.scale)
+            };
+            met += u64::from(lower > 0.0);
+            if lower > 0.0 && !holds(lower) {
+                return Err(format!("({p}, {q}) is farther than {lower:e}"));
+            }
+            if d > depths.clear[0] {
+                clear += 1;
+                if !holds(clear_lower) {
+                    return Err(format!("({p}, {q}) is farther than {clear_lower:e}, clear"));
+                }
+            }
+        }
+        Ok(())
+    });
+    assert!(known > 100_000, "only {known} places known");
+    assert!(
+        met > 20_000 && clear > 10_000,
+        "only {met} met, {clear} clear"
+    );
+}
+
+#[test]
+fn ranges_hold_every_hit() {
+    let (mut covered, mut missed, mut tighter) = (0, 0, 0);
+    each_trial(60_000, |trial, random| {
+        let mut grid = Grid::new(trial.camera);
+        let boxes = Boxes::new(&grid, &trial.eight());
+        if boxes.visible & 1 == 0 {
+            return Ok(());
+        }
+        grid.scale = scale(boxes.upper[0], random);
+        let upper = Boxes::new(&grid, &trial.eight()).upper;
+        let around = rectangles(trial, random);
+        let placement = Placement {
+            rows: around.rows,
+            down: around.down,
+            column: trial.column,
+            row: trial.row,
+        };
+        let outlines = Outline::eight(&grid, &placement, &trial.eight(), Bounds::Proven);
+        let lower = outlines.map(|outline| outline.lower);
+        let depths = Depths::new(&grid, &around, &trial.eight());
+        let ranges = depths.ranges(lower, upper);
+        let (least, greatest) = (ranges.lower[0], ranges.upper[0]);
+        let all = ranges.covered & 1 == 1;
+        covered += u64::from(all);
+        missed += u64::from(greatest < 0.0);
+        tighter += u64::from(least > lower[0] && greatest < upper[0]);
+        let middle = [around.columns, around.rows].map(|lanes| lanes.to_array()[0]);
+        let size = trial.camera.size();
+        for [p, q] in places(trial, &around, random) {
+            let (column, row) = (middle[0] + p, middle[1] + q);
+            let truth = trial.truth_at(column, row);
+            if all && !truth.hit() {
+                return Err(format!("({p}, {q}) is not covered"));
+            }
+            let seen = (0.0..f64::from(size.width())).contains(&column)
+                && (0.0..f64::from(size.height())).contains(&row);
+            if !truth.hit() || !seen {
+                continue;
+            }
+            if greatest < 0.0 || !truth.at_most(f64::from(greatest), grid.scale) {
+                return Err(format!("({p}, {q}) is nearer than {greatest:e}"));
+            }
+            if !truth.at_least(f64::from(least), grid.scale) {
+                return Err(format!("({p}, {q}) is farther than {least:e}"));
+            }
+        }
+        Ok(())
+    });
+    assert!(covered > 3_000, "only {covered} covered");
+    assert!(missed > 1_000, "only {missed} missed");
+    assert!(tighter > 3_000, "only {tighter} tighter");
+}

@@ -1,0 +1,148 @@
+//! The pixel grid on the viewport at distance 1, and spheres eight at a time.
+//!
+//! The viewport is moved to distance 1, so a ray is `V = (X, Y, 1)` and the inverse
+//! depth of a hit is `1/z`, whatever the viewport's distance. The engine multiplies
+//! every inverse depth by [`Grid::scale`], a power of two that makes those of an
+//! ordinary sphere of the scene about 1: where its code says *inverse depth*, it is
+//! this one.
+
+use wide::f64x8;
+
+use super::bounds::{U, U32};
+use crate::{
+    camera::Camera,
+    spheres::{LANES, Sphere},
+};
+
+/// The pixel grid on the viewport at distance 1.
+#[derive(Clone, Debug)]
+pub(super) struct Grid {
+    camera: Camera,
+    /// Pixels per unit of `X`, 2 roundings.
+    pub(super) x_scale: f64,
+    pub(super) y_scale: f64,
+    /// The column of `X = 0`, exact.
+    pub(super) x_middle: f64,
+    pub(super) y_middle: f64,
+    /// Units of `X` per pixel, 2 roundings.
+    pub(super) x_step: f64,
+    pub(super) y_step: f64,
+    /// No `|V|` in the picture is greater.
+    pub(super) reach: f64,
+    /// A power of two: inverse depths times this are about 1.
+    pub(super) scale: f64,
+}
+
+/// An image of one column shows `X = 0`: any scale will do.
+fn scale_and_step(side: u32, extent: f64) -> (f64, f64) {
+    let last = f64::from(side - 1);
+    if last == 0.0 {
+        (1.0 / extent, 0.0)
+    } else {
+        (last / extent, extent / last)
+    }
+}
+
+impl Grid {
+    /// With a scale of 1.
+    pub(super) fn new(camera: Camera) -> Self {
+        const UP: f64 = 1.0 + 8.0 * U;
+        let (width, height) = (camera.size().width(), camera.size().height());
+        let (x_scale, x_step) = scale_and_step(width, camera.x_extent());
+        let (y_scale, y_step) = scale_and_step(height, camera.y_extent());
+        let x_upper = 0.5 * camera.x_extent() * UP;
+        let y_upper = 0.5 * camera.y_extent() * UP;
+        Self {
+            camera,
+            x_scale,
+            y_scale,
+            x_middle: 0.5 * f64::from(width - 1),
+            y_middle: 0.5 * f64::from(height - 1),
+            x_step,
+            y_step,
+
+            reach: (x_upper * x_upper + y_upper * y_upper + 1.0).sqrt() * UP,
+            scale: 1.0,
+        }
+    }
+
+    pub(super) fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// `X` of columns, within 3 roundings.
+    #[inline]
+    pub(super) fn x(&self, columns: f64x8) -> f64x8 {
+        (columns - splat(self.x_middle)) * splat(self.x_step)
+    }
+
+    /// `Y` of rows, within 3 roundings.
+    #[inline]
+    pub(super) fn y(&self, rows: f64x8) -> f64x8 {
+        (splat(self.y_middle) - rows) * splat(self.y_step)
+    }
+}
+
+/// Eight spheres in doubles.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EightSpheres {
+    pub(super) x: f64x8,
+    pub(super) y: f64x8,
+    pub(super) z: f64x8,
+    pub(super) r: f64x8,
+}
+
+impl EightSpheres {
+    #[inline]
+    pub(super) fn new([x, y, z, r]: [[f32; LANES]; 4]) -> Self {
+        let doubles = |floats: [f32; LANES]| f64x8::new(floats.map(f64::from));
+        Self {
+            x: doubles(x),
+            y: doubles(y),
+            z: doubles(z),
+            r: doubles(r),
+        }
+    }
+
+    /// Up to eight spheres, each as centre and radius; the last one fills the rest.
+    #[inline]
+    pub(super) fn of(spheres: impl Iterator<Item = [f32; 4]>) -> Self {
+        let mut components = [[0.0; LANES]; 4];
+        let mut last = [0.0, 0.0, 1.0, 0.5];
+        let mut spheres = spheres.fuse();
+        for lane in 0..LANES {
+            last = spheres.next().unwrap_or(last);
+            for (component, length) in components.iter_mut().zip(last) {
+                component[lane] = length;
+            }
+        }
+        Self::new(components)
+    }
+
+    pub(super) fn sphere(&self, lane: usize) -> Sphere {
+        let float = |lanes: &f64x8| lanes.as_array()[lane] as f32;
+        Sphere {
+            centre: [float(&self.x), float(&self.y), float(&self.z)],
+            radius: float(&self.r),
+            colour: [0; 3],
+        }
+    }
+}
+
+#[inline]
+pub(super) fn splat(value: f64) -> f64x8 {
+    f64x8::splat(value)
+}
+
+/// A float above `value`, which is `>= 0` and of any magnitude: conversion rounds
+/// by `2^-24` of it, or by `2^-150`. What is negative stays so.
+#[inline]
+pub(super) fn float_above(value: f64) -> f32 {
+    (value * (1.0 + 3.0 * U32) + f64::from(f32::from_bits(1))) as f32
+}
+
+/// As [`float_above`], below, and not below 0.
+#[inline]
+pub(super) fn float_below(value: f64) -> f32 {
+    ((value * (1.0 - 3.0 * U32) - f64::from(f32::from_bits(1))) as f32).max(0.0)
+}

@@ -1,0 +1,493 @@
+//! The outline of a sphere in a tile, row by row, as masks of the columns it covers.
+//!
+//! In a row, `D` is a quadratic of `X` with the roots
+//!
+//! ```text
+//! X = (Cx m -+ sqrt(c E))/k       k = Cy^2 + Cz^2 - r^2     c = Cx^2 + k
+//! m = Cy Y + Cz       E = r^2 (Y^2 + 1) - N^2       N = Cy - Cz Y
+//! ```
+//!
+//! For `k > 0` and `c > 0` the sphere is seen between them in rows with `m > 0` and
+//! `E >= 0`, and in no other row. For `k < 0` and `c >= 0` it is seen in every row, from
+//! the greater root on if `Cx > 0` and up to the smaller one if `Cx < 0`. (Theorem 2.)
+//!
+//! In pixels, with `q` rows from the middle of the sphere's box,
+//!
+//! ```text
+//! x = m0 + m1 q -+ sqrt(e0 + e1 q + e2 q^2)
+//! ```
+
+use std::ops::Range;
+
+use wide::{f32x8, f64x8, i32x8, u64x8};
+
+use super::{
+    Bounds,
+    bins::Record,
+    bounds::{
+        COEFFICIENT_BOUND, CROSS_BOUND, FACTOR_BOUND, GREATEST_SLACK, LEAST_BOUND, LEAST_SHARE,
+        MIDDLE_BOUND, ROW_BOUND, ROW_END_BOUND, ROW_SQUARE_BOUND, U, U32,
+    },
+    grid::{EightSpheres, Grid, float_below, splat},
+    set_bits,
+    sight::power_of_camera,
+};
+use crate::spheres::LANES;
+
+#[cfg(test)]
+mod tests;
+
+/// Which columns of a row lie within the outline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Shape {
+    /// Between two ends.
+    Between,
+    /// From an end on.
+    From,
+    /// Up to an end.
+    UpTo,
+    /// All of them: the camera is inside.
+    Everywhere,
+    /// Too close a call: any.
+    Unknown,
+}
+
+/// Up to eight spheres and the tile they are seen in.
+pub(super) struct Placement {
+    /// The row of `q = 0`.
+    pub(super) rows: f64x8,
+    /// `|q|` is no greater.
+    pub(super) down: f64x8,
+    /// The tile's first column and row.
+    pub(super) column: u32,
+    pub(super) row: u32,
+}
+
+/// The outline of a sphere in a tile.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Outline {
+    shape: Shape,
+    /// No hit has a smaller inverse depth.
+    pub(super) lower: f32,
+    /// The row of `q = 0` in the tile.
+    row: f32,
+    m0: f32,
+    m1: f32,
+    e0: f32,
+    e1: f32,
+    e2: f32,
+    /// `e` is within this.
+    e_bound: f32,
+    /// The middle, and what is added to it, are within this many pixels.
+    slack: f32,
+    /// `m = rising q + level` in doubles, and what it is within; 0 where its sign is
+    /// that of `Cz`.
+    rising: f64,
+    level: f64,
+    front: f64,
+}
+
+/// The columns that eight rows see of a sphere, as bits of the tile's columns.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EightRows {
+    /// Surely covered.
+    pub(super) inner: [u64; LANES],
+    /// Covered, or too close a call.
+    pub(super) outer: [u64; LANES],
+    /// The first column of `outer`, and the one after its last.
+    pub(super) ends: [[u8; 2]; LANES],
+}
+
+impl Outline {
+    /// The outlines of eight spheres.
+    ///
+    /// With `h = scale/k`, `dY` the step of a row, `Y0` the row of `q = 0` and
+    /// `N1 = Cz dY`,
+    ///
+    /// ```text
+    /// e0 = c h^2 (r^2 (Y0^2 + 1) - N0^2)        m0 = middle + h Cx (Cy Y0 + Cz)
+    /// e1 = -2 c h^2 (N0 N1 + r^2 Y0 dY)         m1 = -h Cx Cy dY
+    /// e2 = c h^2 dY^2 (r^2 - Cz^2)
+    /// ```
+    ///
+    /// (`Y` falls by `dY` a row.) The bounds are those of theorem 2.
+    pub(super) fn eight(
+        grid: &Grid,
+        placement: &Placement,
+        spheres: &EightSpheres,
+        bounds: Bounds,
+    ) -> [Self; LANES] {
+        let &EightSpheres { x, y, z, r } = spheres;
+        let (one, two) = (splat(1.0), splat(2.0));
+        let y0 = grid.y(placement.rows);
+        let dy = splat(grid.y_step);
+        let t = placement.down;
+
+        let squared_radius = r * r;
+        let yz = y * y + z * z;
+        let k = yz - squared_radius;
+        let share = splat(LEAST_SHARE) * yz;
+        let (positive, negative) = (k.simd_gt(share), k.simd_lt(-share));
+        let mut c = x.mul_add(x, k);
+        if positive.to_bitmask() != 0xff {
+            let mut lanes = c.to_array();
+            for lane in set_bits(u64::from(!positive.to_bitmask() & 0xff)) {
+                lanes[lane] = power_of_camera(&spheres.sphere(lane));
+            }
+            c = f64x8::new(lanes);
+        }
+        let h = splat(grid.x_scale) / k;
+        // In this order nothing underflows that is multiplied again.
+        let factor = c * h * h;
+        let (n0, n1) = (y - z * y0, z * dy);
+        let a0 = y0.mul_add(y0, one);
+        let e0 = factor * (squared_radius * a0 - n0 * n0);
+        let e1 = -(factor * two) * (n0 * n1 + squared_radius * (y0 * dy));
+        let e2 = factor * (dy * dy) * ((r - z) * (r + z));
+        let lean = h * x;
+        let level = y.mul_add(y0, z);
+        let m0 = splat(grid.x_middle - f64::from(placement.column)) + lean * level;
+        let m1 = -(lean * (y * dy));
+
+        // What doubles round of E, of its factor and of the middle.
+        let y_upper = y0.abs() + t * dy;
+        let a_upper = y_upper.mul_add(y_upper, one);
+        let n_upper = n0.abs() + n1.abs() * t;
+        let n_bound = splat(CROSS_BOUND) * (y.abs() + z.abs() * y0.abs());
+        let squares = squared_radius.mul_add(a_upper, n_upper * n_upper);
+        let e_bound = (two * n_upper + n_bound) * n_bound + splat(COEFFICIENT_BOUND) * squares;
+        let e_upper = e0.abs() + t * (e1.abs() + t * e2.abs());
+        let k_bound = splat(2.0 * U) + splat(U) * yz / k.abs();
+        let factor_bound = splat(4.0) * k_bound + splat(FACTOR_BOUND);
+        let level_upper = y.abs() * y_upper + z.abs();
+        let middle_upper = lean.abs() * level_upper;
+        let middle_bound = (k_bound + splat(MIDDLE_BOUND)) * middle_upper
+            + splat(MIDDLE_BOUND) * splat(grid.x_middle + f64::from(placement.column));
+        // What floats round.
+        let up = splat(1.0 + 64.0 * U32);
+        let e_bound = factor.abs() * e_bound + (factor_bound + splat(ROW_SQUARE_BOUND)) * e_upper;
+        let sides = m0.abs() + t * m1.abs() + (e_upper + e_bound).sqrt();
+        let slack = (middle_bound + splat(ROW_END_BOUND) * (sides + splat(64.0))) * up;
+        let e_bound = e_bound * up + splat(LEAST_BOUND);
+
+        // The farthest point of the surface that is seen lies on the circle where
+        // rays touch: z = sqrt c (sqrt c Cz + r |(Cx, Cy)|)/|C|^2. Sums of positive
+        // terms if Cz > 0; k's bound is below 2^-32.
+        let across = (x * x + y * y).sqrt();
+        let c_root = c.sqrt();
+        let lower = (x * x + yz) / (c_root * (c_root * z + r * across));
+        let before = z.simd_gt(r);
+        let lower = (before & positive).select(lower * splat(grid.scale), splat(0.0));
+        let front = before.select(splat(0.0), splat(ROW_BOUND) * level_upper);
+
+        let known = slack.simd_lt(splat(GREATEST_SLACK)) & (positive | negative);
+        let known = if bounds == Bounds::Refused {
+            0
+        } else {
+            known.to_bitmask()
+        };
+        let (positive, power) = (positive.to_bitmask(), c.to_array());
+        let (e_bound, slack) = if bounds == Bounds::Ignored {
+            (splat(0.0), splat(0.0))
+        } else {
+            (e_bound, slack)
+        };
+        let floats = |value: f64x8| value.to_array().map(|value| value as f32);
+        let [m0, m1, e0, e1, e2] = [m0, m1, e0, e1, e2].map(floats);
+        let [e_bound, slack] = [e_bound, slack].map(floats);
+        let row = floats(placement.rows - splat(f64::from(placement.row)));
+        let lower = lower.to_array();
+        let [rising, level, front] = [-(y * dy), level, front].map(f64x8::to_array);
+        let x = x.to_array();
+        std::array::from_fn(|lane| Self {
+            shape: if bounds != Bounds::Refused && power[lane] < 0.0 {
+                Shape::Everywhere
+            } else if known >> lane & 1 == 0 {
+                Shape::Unknown
+            } else if positive >> lane & 1 == 1 {
+                Shape::Between
+            } else if x[lane] > 0.0 {
+                Shape::From
+            } else {
+                Shape::UpTo
+            },
+            lower: float_below(lower[lane] * (1.0 - U32)),
+            row: row[lane],
+            m0: m0[lane],
+            m1: m1[lane],
+            e0: e0[lane],
+            e1: e1[lane],
+            e2: e2[lane],
+            e_bound: e_bound[lane],
+            slack: slack[lane],
+            rising: rising[lane],
+            level: level[lane],
+            front: front[lane],
+        })
+    }
+
+    /// The columns `0..width` of a tile that rows of its `octets` see; `record` has the box
+    /// of the sphere.
+    #[inline]
+    pub(super) fn rows(
+        &self,
+        octets: Range<usize>,
+        width: usize,
+        record: &Record,
+        rows: &mut Vec<EightRows>,
+    ) {
+        match self.shape {
+            Shape::Between if self.front > 0.0 => rows.extend(octets.map(|octet| {
+                let ahead = self.ahead(octet * LANES);
+                self.cut(octet * LANES, width, ahead, Self::between)
+            })),
+            Shape::Between => {
+                let cut = |octet| self.cut(octet * LANES, width, (0xff, 0xff), Self::between);
+                // What is covered is convex: with its first and its last row, all of the tile is.
+                let (first, last) = (octets.start, octets.end - 1);
+                if first + 1 < last && record.left == 0 && usize::from(record.right) + 1 == width {
+                    let (above, below) = (cut(first), cut(last));
+                    let all = EightRows::all(width);
+                    if above.inner == all.inner && below.inner == all.inner {
+                        rows.extend(octets.map(|_| all));
+                        return;
+                    }
+                    rows.push(above);
+                    rows.extend((first + 1..last).map(cut));
+                    rows.push(below);
+                } else {
+                    rows.extend(octets.map(cut));
+                }
+            }
+            Shape::From => rows.extend(
+                octets.map(|octet| self.cut(octet * LANES, width, (0xff, 0xff), Self::from)),
+            ),
+            Shape::UpTo => rows.extend(
+                octets.map(|octet| self.cut(octet * LANES, width, (0xff, 0xff), Self::up_to)),
+            ),
+            Shape::Everywhere => rows.extend(octets.map(|_| EightRows::all(width))),
+            Shape::Unknown => {
+                rows.extend(octets.map(|octet| EightRows::of_box(record, octet * LANES)));
+            }
+        }
+    }
+}
+
+/// `e` of eight rows with its bound taken away and added, and the middle with its slack.
+struct Cut {
+    sure: f32x8,
+    possible: f32x8,
+    inner: f32x8,
+    outer: f32x8,
+    low: f32x8,
+    high: f32x8,
+}
+
+/// First and last columns of eight rows: surely covered, possibly covered, and the rows
+/// in which any are.
+struct Ends {
+    inner: (f32x8, f32x8),
+    outer: (f32x8, f32x8),
+    surely: f32x8,
+    possibly: f32x8,
+}
+
+/// First and last columns of eight rows, and a mask of the rows that have any.
+#[derive(Clone, Copy, PartialEq)]
+struct Columns {
+    start: i32x8,
+    end: i32x8,
+    some: i32x8,
+}
+
+impl Columns {
+    #[inline(always)]
+    fn new((start, end): (f32x8, f32x8), rows: f32x8, ahead: u32, width: usize) -> Self {
+        let (zero, last) = (f32x8::splat(0.0), f32x8::splat(width as f32 - 1.0));
+        let start = start.simd_gt(zero).select(start, zero);
+        let end = end.simd_lt(last).select(end, last);
+        let mut some: i32x8 = bytemuck::cast(start.simd_le(end) & rows);
+        if ahead != 0xff {
+            some &= i32x8::new(std::array::from_fn(|lane| -((ahead >> lane & 1) as i32)));
+        }
+        Self {
+            start: start.fast_trunc_int(),
+            end: end.fast_trunc_int(),
+            some,
+        }
+    }
+
+    #[inline(always)]
+    fn ends(&self) -> [[u8; 2]; LANES] {
+        let both = self.start + (self.end + i32x8::splat(1)) * i32x8::splat(256);
+        let both = both & self.some;
+        both.to_array().map(|both| (both as u16).to_le_bytes())
+    }
+
+    fn ranges(&self) -> [Range<usize>; LANES] {
+        let end = (self.end + i32x8::splat(1)) & self.some;
+        let (start, end) = (self.start.to_array(), end.to_array());
+        std::array::from_fn(|lane| {
+            let end = end[lane] as usize;
+            (start[lane] as usize).min(end)..end
+        })
+    }
+
+    #[inline(always)]
+    fn masks(&self) -> [u64; LANES] {
+        // Shifts are meant where there are columns, and wrap where there are none.
+        let wide = |lanes: i32x8| u64x8::new(lanes.to_array().map(|lane| i64::from(lane) as u64));
+        let all = u64x8::splat(u64::MAX);
+        let first = all << wide(self.start);
+        let last = all >> wide(i32x8::splat(63) - self.end);
+        (first & last & wide(self.some)).to_array()
+    }
+}
+
+impl Outline {
+    /// Eight rows of a tile, but for those that are not surely or not possibly `ahead`.
+    #[inline(always)]
+    fn cut(
+        &self,
+        first: usize,
+        width: usize,
+        ahead: (u32, u32),
+        ends: impl Fn(&Cut) -> Ends,
+    ) -> EightRows {
+        let (inner, outer) = self.columns(first, width, ahead, ends);
+        let masks = outer.masks();
+        EightRows {
+            // Few rows have an end that is in doubt.
+            inner: if inner == outer { masks } else { inner.masks() },
+            outer: masks,
+            ends: outer.ends(),
+        }
+    }
+
+    /// The columns `0..width` of eight rows: surely covered, and possibly.
+    #[inline(always)]
+    fn columns(
+        &self,
+        first: usize,
+        width: usize,
+        ahead: (u32, u32),
+        ends: impl Fn(&Cut) -> Ends,
+    ) -> (Columns, Columns) {
+        let splat = f32x8::splat;
+        let zero = splat(0.0);
+        let q = f32x8::new(STEPS) + splat(first as f32 - self.row);
+        let e = splat(self.e2).mul_add(q, splat(self.e1));
+        let e = e.mul_add(q, splat(self.e0));
+        let middle = splat(self.m1).mul_add(q, splat(self.m0));
+        let root = |e: f32x8| e.simd_gt(zero).select(e, zero).sqrt();
+        let (inner, outer) = (e - splat(self.e_bound), e + splat(self.e_bound));
+        let ends = ends(&Cut {
+            sure: inner,
+            possible: outer,
+            inner: root(inner),
+            outer: root(outer),
+            low: middle - splat(self.slack),
+            high: middle + splat(self.slack),
+        });
+        (
+            Columns::new(ends.inner, ends.surely, ahead.0, width),
+            Columns::new(ends.outer, ends.possibly, ahead.1, width),
+        )
+    }
+
+    /// Whether [`spans`](Self::spans) can be asked.
+    pub(super) fn has_spans(&self) -> bool {
+        self.shape == Shape::Between && self.front == 0.0
+    }
+
+    /// The columns of rows `first..first + 8` of a band of `width` columns, in the place of
+    /// a tile: surely covered, and possibly.
+    pub(super) fn spans(&self, first: usize, width: usize) -> [[Range<usize>; LANES]; 2] {
+        let (inner, outer) = self.columns(first, width, (0xff, 0xff), Self::between);
+        [inner.ranges(), outer.ranges()]
+    }
+
+    #[inline(always)]
+    fn between(cut: &Cut) -> Ends {
+        let zero = f32x8::splat(0.0);
+        Ends {
+            inner: ((cut.high - cut.inner).ceil(), (cut.low + cut.inner).floor()),
+            outer: ((cut.low - cut.outer).ceil(), (cut.high + cut.outer).floor()),
+            surely: cut.sure.simd_gt(zero),
+            possibly: cut.possible.simd_ge(zero),
+        }
+    }
+
+    #[inline(always)]
+    fn from(cut: &Cut) -> Ends {
+        let (all, far) = (f32x8::splat(f32::from_bits(u32::MAX)), f32x8::splat(FAR));
+        Ends {
+            inner: ((cut.high + cut.outer).ceil(), far),
+            outer: ((cut.low + cut.inner).ceil(), far),
+            surely: all,
+            possibly: all,
+        }
+    }
+
+    #[inline(always)]
+    fn up_to(cut: &Cut) -> Ends {
+        let (all, near) = (f32x8::splat(f32::from_bits(u32::MAX)), f32x8::splat(0.0));
+        Ends {
+            inner: (near, (cut.low - cut.outer).floor()),
+            outer: (near, (cut.high - cut.inner).floor()),
+            surely: all,
+            possibly: all,
+        }
+    }
+
+    /// Which of eight rows are surely before the camera, and which possibly.
+    fn ahead(&self, first: usize) -> (u32, u32) {
+        let m = |lane: usize| {
+            let q = (first + lane) as f64 - f64::from(self.row);
+            self.rising * q + self.level
+        };
+        let rows =
+            |least: f64| (0..LANES).fold(0, |rows, lane| rows | u32::from(m(lane) > least) << lane);
+        (rows(self.front), rows(-self.front))
+    }
+}
+
+/// Beyond the columns of any tile.
+const FAR: f32 = 1024.0;
+
+const STEPS: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+
+/// The bits of columns before `end`, which is at most 64.
+#[inline(always)]
+fn below(end: i32) -> u64 {
+    if end > 63 { u64::MAX } else { (1 << end) - 1 }
+}
+
+impl EightRows {
+    /// All columns of a tile.
+    fn all(width: usize) -> Self {
+        Self {
+            inner: [below(width as i32); LANES],
+            outer: [below(width as i32); LANES],
+            ends: [[0, width as u8]; LANES],
+        }
+    }
+
+    /// What of the rows from `first` on lies in a box, all of it in doubt.
+    fn of_box(record: &Record, first: usize) -> Self {
+        let columns = below(i32::from(record.right) + 1) & !below(i32::from(record.left));
+        let rows = usize::from(record.top)..=usize::from(record.bottom);
+        let in_box = |lane: usize| rows.contains(&(first + lane));
+        Self {
+            inner: [0; LANES],
+            outer: std::array::from_fn(|lane| if in_box(lane) { columns } else { 0 }),
+            ends: std::array::from_fn(|lane| {
+                if in_box(lane) {
+                    [record.left, record.right + 1]
+                } else {
+                    [0, 0]
+                }
+            }),
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Colours to bytes: runs of one colour, and packets of eight.
+
+use wide::{f32x8, i8x32, u8x32, u8x64};
+
+use crate::{
+    camera::BYTES_PER_PIXEL,
+    spheres::{LANES, Rgb},
+};
+
+/// Bytes of the longest piece that is written at a time.
+const PIECE: usize = 32 * BYTES_PER_PIXEL;
+
+const TWO_PIECES_AND_MORE: usize = 2 * PIECE + 1;
+
+/// Bytes that are painted, or not, by one vector.
+const SHORT: usize = 64;
+
+const PLACES: [u8; SHORT] = {
+    let mut places = [0; SHORT];
+    let mut place = 0;
+    while place < SHORT {
+        places[place] = place as u8;
+        place += 1;
+    }
+    places
+};
+
+/// A colour again and again.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pattern([u8; PIECE]);
+
+impl Pattern {
+    #[inline]
+    pub(super) fn new(colour: Rgb) -> Self {
+        let mut pattern = [0; PIECE];
+        for pixel in pattern.as_chunks_mut().0 {
+            *pixel = colour;
+        }
+        Self(pattern)
+    }
+
+    /// Fills whole pixels `from..to` of a line.
+    #[inline]
+    pub(super) fn paint(&self, line: &mut [u8], from: usize, to: usize) {
+        let (from, to) = (from * BYTES_PER_PIXEL, to * BYTES_PER_PIXEL);
+        let bytes = to - from;
+        // Runs of any such length at once: a branch on the length is seldom foreseen.
+        if bytes <= SHORT
+            && let Some(line) = line[from..].first_chunk_mut::<SHORT>()
+        {
+            let (pattern, _) = self.0.as_chunks::<SHORT>();
+            let within = u8x64::new(PLACES).simd_lt(u8x64::splat(bytes as u8));
+            *line = within
+                .select(u8x64::new(pattern[0]), u8x64::new(*line))
+                .to_array();
+            return;
+        }
+        let run = &mut line[from..to];
+        match run.len() {
+            TWO_PIECES_AND_MORE.. => self.paint_long(run),
+            PIECE.. => self.both_ends::<PIECE>(run),
+            48.. => self.both_ends::<48>(run),
+            _ => run.copy_from_slice(&self.0[..bytes]),
+        }
+    }
+
+    /// Fills a run of `N` to `2 N` bytes in two pieces, one from either end.
+    #[inline(always)]
+    fn both_ends<const N: usize>(&self, run: &mut [u8]) {
+        let (piece, _) = self.0.as_chunks::<N>();
+        let last = run.len() - N;
+        run[..N].copy_from_slice(&piece[0]);
+        run[last..].copy_from_slice(&piece[0]);
+    }
+
+    fn paint_long(&self, run: &mut [u8]) {
+        /// From here on, filling with one byte is faster.
+        const LONG: usize = 512;
+        let [red, green, blue, ..] = self.0;
+        if run.len() >= LONG && red == green && green == blue {
+            run.fill(red);
+            return;
+        }
+        let last = run.len() - PIECE;
+        for piece in run.as_chunks_mut().0 {
+            *piece = self.0;
+        }
+        run[last..].copy_from_slice(&self.0);
+    }
+}
+
+/// A colour in the bits of a float lane, its bytes in the order of the image.
+#[inline]
+pub(super) fn colour_lane(colour: Rgb) -> f32 {
+    let [red, green, blue] = colour;
+    f32::from_bits(u32::from_ne_bytes([red, green, blue, 0]))
+}
+
+/// The bytes of a colour lane.
+#[inline]
+pub(super) fn bytes_of(lane: f32) -> Rgb {
+    let [red, green, blue, _] = lane.to_bits().to_ne_bytes();
+    [red, green, blue]
+}
+
+/// Bytes of four pixels.
+const FOUR: usize = 4 * BYTES_PER_PIXEL;
+
+/// Writes eight pixels at the beginning of `line`, or as many as it has room for. Of
+/// what follows them in it, the first bytes are overwritten.
+#[inline(always)]
+pub(super) fn put_eight(line: &mut [u8], colours: f32x8) {
+    const DROP_FOURTH: [i8; 16] = [0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, -1, -1, -1, -1];
+    let order: i8x32 = bytemuck::cast([DROP_FOURTH; 2]);
+    let bytes: u8x32 = bytemuck::cast(colours);
+    let halves: [[u8; 16]; 2] = bytemuck::cast(bytes.swizzle_half(order));
+    if let Some(line) = line.first_chunk_mut::<{ FOUR + 16 }>() {
+        line[..16].copy_from_slice(&halves[0]);
+        line[FOUR..].copy_from_slice(&halves[1]);
+    } else {
+        let pixels = line.len().min(LANES * BYTES_PER_PIXEL);
+        let (first, second) = line[..pixels].split_at_mut(FOUR.min(pixels));
+        first.copy_from_slice(&halves[0][..first.len()]);
+        second.copy_from_slice(&halves[1][..second.len()]);
+    }
+}

@@ -1,0 +1,93 @@
+//! Bands in which nothing is contested: whole rows, painted from far to near.
+//!
+//! Where there are no small spheres, and no sphere may be farther than one that lies
+//! behind it where their boxes meet, a row is what the spans of its spheres say. That
+//! costs a run for each row and sphere instead of one for each row, sphere and tile.
+
+use wide::f64x8;
+
+use super::{
+    Bounds,
+    bins::{FEW_SPHERES, Large},
+    grid::{EightSpheres, Grid},
+    outline::{Outline, Placement},
+    packet::SIDE,
+    paint::Pattern,
+};
+use crate::{camera::BYTES_PER_PIXEL, spheres::LANES};
+
+/// With more columns than this, an end of a row may not be a whole float.
+const MOST_COLUMNS: u32 = 1 << 20;
+
+/// The rows of a band that are drawn now: the first row of its tiles, and rows from there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BandRows {
+    pub(super) origin: u32,
+    pub(super) first: usize,
+    pub(super) last: usize,
+}
+
+/// The outlines of spheres in a band, nearest first, if nothing in it is contested.
+pub(super) fn undisputed(grid: &Grid, rows: BandRows, large: &[&Large]) -> Option<Vec<Outline>> {
+    if large.len() > FEW_SPHERES || grid.camera().size().width() > MOST_COLUMNS {
+        return None;
+    }
+    let half = (SIDE / 2) as f64;
+    let placement = Placement {
+        rows: f64x8::splat(f64::from(rows.origin) + half),
+        down: f64x8::splat(half + LANES as f64),
+        column: 0,
+        row: rows.origin,
+    };
+    let mut outlines = Vec::with_capacity(large.len().next_multiple_of(LANES));
+    for eight in large.chunks(LANES) {
+        let spheres = EightSpheres::of(eight.iter().map(|large| large.sphere));
+        let outlines_of_eight = Outline::eight(grid, &placement, &spheres, Bounds::Proven);
+        outlines.extend_from_slice(&outlines_of_eight[..eight.len()]);
+    }
+    let before_all_behind = |(at, near): (usize, &Outline)| {
+        near.has_spans()
+            && large[at + 1..]
+                .iter()
+                .all(|far| near.lower > far.upper || far.is_apart(large[at]))
+    };
+    let clear = outlines.iter().enumerate().all(before_all_behind);
+    clear.then_some(outlines)
+}
+
+/// Paints a sphere in the rows of a band, and gathers the pixels that are too close to its
+/// outline, by column and row of the picture.
+pub(super) fn paint(
+    outline: &Outline,
+    large: &Large,
+    rows: BandRows,
+    bytes: &mut [u8],
+    row_bytes: usize,
+    doubtful: &mut Vec<(u32, u32)>,
+) {
+    let BandRows {
+        origin,
+        first,
+        last,
+    } = rows;
+    let width = row_bytes / BYTES_PER_PIXEL;
+    let pattern = Pattern::new(large.colour);
+    let top = (large.top.saturating_sub(origin) as usize).max(first);
+    let bottom = ((large.bottom - origin) as usize).min(last - 1);
+    for octet in top / LANES..bottom / LANES + 1 {
+        let [inner, outer] = outline.spans(octet * LANES, width);
+        for lane in 0..LANES {
+            let row = octet * LANES + lane;
+            let (inner, outer) = (&inner[lane], &outer[lane]);
+            if outer.is_empty() || row < top || row > bottom {
+                continue;
+            }
+            let line = &mut bytes[(row - first) * row_bytes..][..row_bytes];
+            pattern.paint(line, outer.start, outer.end);
+            if inner != outer {
+                let columns = outer.clone().filter(|column| !inner.contains(column));
+                doubtful.extend(columns.map(|column| (column as u32, origin + row as u32)));
+            }
+        }
+    }
+}

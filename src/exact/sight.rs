@@ -1,0 +1,218 @@
+//! What a ray and a sphere have to do with each other, in eight lanes and in any
+//! arithmetic, with a running bound of what it rounds.
+//!
+//! ```text
+//! N = C x V        D = r^2 A - N.N     (= B^2 - A c, by Lagrange's identity)
+//! B = C.V          A = V.V             c = C.C - r^2
+//! ```
+//!
+//! The cross product is the form of `D` without the great cancellation: its
+//! error is relative to `|C||V| |N|`, where `B^2 - A c` loses `|C|^2 |V|^2`.
+//! For `|C|/r = 10^6` that is `10^-10` of `r^2` instead of `10^-4`.
+//!
+//! Lanes are rays or spheres: pixels of a row that meet one sphere, or spheres that
+//! meet the ray of one pixel.
+
+use wide::f64x8;
+
+use super::{
+    bounds::{SIGHT_CROSS, SIGHT_DOT, SIGHT_QUOTIENT, SIGHT_SQUARED_CROSS, SIGHT_SQUARED_RADIUS},
+    grid::splat,
+    real::{Real, two_sum},
+};
+use crate::{
+    camera::Camera,
+    spheres::{LANES, Sphere},
+};
+
+#[cfg(test)]
+mod tests;
+
+/// Bounds of the inverse depth of what eight rays see of eight spheres, in units of `V`.
+/// A sphere that is surely missed has upper bounds of minus infinity; one that is not
+/// surely hit has lower bounds of minus infinity.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sights<N> {
+    pub(super) lower: N,
+    pub(super) upper: N,
+}
+
+/// Eight rays `V`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rays<N> {
+    x: N,
+    y: N,
+    z: N,
+    /// `A = V.V`
+    a: N,
+}
+
+/// Eight spheres.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Targets<N> {
+    centre: [N; 3],
+    radius: N,
+    /// `c`, within 7 roundings; its sign is right, and zero is zero.
+    power: N,
+}
+
+impl<N: Real> Rays<N> {
+    /// The ray of pixel `(column, row)` in every lane, `x` and `y` within two roundings.
+    pub(super) fn of_pixel(camera: &Camera, column: u32, row: u32) -> Self {
+        let (x, x_unit) = camera.x_ratio(column);
+        Self::new(camera, splat(x as f64), x_unit, row)
+    }
+
+    /// The rays of pixels `column..column + 8` of a row.
+    pub(super) fn of_row(camera: &Camera, column: u32, row: u32) -> Self {
+        let lanes = std::array::from_fn(|lane| column.saturating_add(lane as u32));
+        let x = lanes.map(|column| camera.x_ratio(column).0 as f64);
+        Self::new(camera, f64x8::new(x), camera.x_ratio(column).1, row)
+    }
+
+    fn new(camera: &Camera, x: f64x8, x_unit: i64, row: u32) -> Self {
+        let viewport = camera.viewport();
+        let (y, y_unit) = camera.y_ratio(row);
+        let of = |extent: f32, numerator: f64x8, unit: i64| {
+            N::splat(f64::from(extent)) * N::of(numerator) / N::splat(unit as f64)
+        };
+        let x = of(viewport.width, x, x_unit);
+        let y = of(viewport.height, splat(y as f64), y_unit);
+        let z = N::splat(f64::from(viewport.distance));
+        Self {
+            x,
+            y,
+            z,
+            a: x * x + y * y + z * z,
+        }
+    }
+}
+
+impl<N: Real> Targets<N> {
+    /// Up to eight spheres, each as centre and radius; the last one fills the rest.
+    pub(super) fn of(spheres: impl Iterator<Item = [f32; 4]>) -> Self {
+        let mut spheres = spheres.fuse();
+        let mut last = [0.0, 0.0, 1.0, 0.5];
+        let eight: [[f32; 4]; LANES] = std::array::from_fn(|_| {
+            last = spheres.next().unwrap_or(last);
+            last
+        });
+        let component = |at: usize| N::of(f64x8::new(eight.map(|sphere| f64::from(sphere[at]))));
+        let powers = eight.map(power);
+        Self {
+            centre: [component(0), component(1), component(2)],
+            radius: component(3),
+            power: N::of_sum(
+                f64x8::new(powers.map(|(power, _)| power)),
+                f64x8::new(powers.map(|(_, rest)| rest)),
+            ),
+        }
+    }
+}
+
+impl<N: Real> Sights<N> {
+    /// Theorem 6 of the proof.
+    pub(super) fn new(rays: &Rays<N>, targets: &Targets<N>) -> Self {
+        let &Rays { x, y, z, a } = rays;
+        let &Targets {
+            centre: [cx, cy, cz],
+            radius,
+            power: c,
+        } = targets;
+        let units = |count: f64| N::splat(count * N::ROUNDOFF);
+        let (zero, one, two) = (N::splat(0.0), N::splat(1.0), N::splat(2.0));
+        let infinite = N::splat(f64::INFINITY);
+        let none = N::splat(f64::NEG_INFINITY);
+
+        let parts = [cx * x, cy * y, cz * z];
+        let b = parts[0] + parts[1] + parts[2];
+        let b_bound = units(SIGHT_DOT) * (parts[0].abs() + parts[1].abs() + parts[2].abs());
+
+        let (mut squared_cross, mut cross_bound) = (zero, zero);
+        for (p, q) in [(cy * z, cz * y), (cz * x, cx * z), (cx * y, cy * x)] {
+            let n = p - q;
+            let bound = units(SIGHT_CROSS) * (p.abs() + q.abs());
+            squared_cross = squared_cross + n * n;
+            cross_bound = cross_bound + (two * n.abs() + bound) * bound;
+        }
+        let squared_radius = radius * radius * a;
+        let d = squared_radius - squared_cross;
+        let d_bound = units(SIGHT_SQUARED_RADIUS) * squared_radius
+            + units(SIGHT_SQUARED_CROSS) * squared_cross
+            + cross_bound;
+
+        let (b_lower, b_upper) = (b - b_bound, b + b_bound);
+        let root_lower = (d - d_bound).positive_part().sqrt();
+        let root_upper = (d + d_bound).positive_part().sqrt();
+        let down = |s: N| s * (one - units(SIGHT_QUOTIENT));
+        let up = |s: N| s * (one + units(SIGHT_QUOTIENT));
+
+        // The camera outside: c > 0.
+        let met = d.exceeds(d_bound) & b_lower.exceeds(zero);
+        let missed = (zero - d_bound).exceeds(d) | zero.exceeds(b_upper);
+        let outside = Self {
+            lower: down((b_lower + root_lower) / c).where_or(met, none),
+            upper: none.where_or(missed, up((b_upper + root_upper) / c)),
+        };
+        // Inside: of the two equal forms, the one that adds.
+        let inner = zero - c;
+        let below = root_lower + b_lower;
+        let ahead = Self {
+            lower: down(a / (root_upper + b_upper)),
+            upper: up(a / below).where_or(below.exceeds(zero), infinite),
+        };
+        let back = Self {
+            lower: down((root_lower - b_upper) / inner),
+            upper: up((root_upper - b_lower) / inner),
+        };
+        let inside = back.where_or(zero.exceeds(b), ahead);
+        // On the surface.
+        let met = b_lower.exceeds(zero);
+        let surface = Self {
+            lower: down(a / (two * b_upper)).where_or(met, none),
+            upper: up(a / (two * b_lower))
+                .where_or(met, none.where_or(zero.exceeds(b_upper), infinite)),
+        };
+        outside.where_or(c.exceeds(zero), inside.where_or(zero.exceeds(c), surface))
+    }
+
+    fn where_or(self, mask: f64x8, other: Self) -> Self {
+        Self {
+            lower: self.lower.where_or(mask, other.lower),
+            upper: self.upper.where_or(mask, other.upper),
+        }
+    }
+}
+
+/// `c = C.C - r^2`, the power of the camera with respect to the sphere: its sign
+/// is right, zero is zero, and its relative error is at most 7 U.
+pub(super) fn power_of_camera(sphere: &Sphere) -> f64 {
+    let [x, y, z] = sphere.centre;
+    power([x, y, z, sphere.radius]).0
+}
+
+/// `c` as a double and a rest that makes it right to twice the digits.
+///
+/// The squares are exact doubles; their sum is kept as an expansion of doubles
+/// that don't overlap, whose largest component carries the sign (J. Shewchuk,
+/// Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
+/// Predicates, 1997, section 2.4, Grow-Expansion).
+fn power(sphere: [f32; 4]) -> (f64, f64) {
+    let [x, y, z, r] = sphere.map(|length| f64::from(length) * f64::from(length));
+    let mut expansion = [0.0; 5];
+    for (length, term) in [x, y, z, -r].into_iter().enumerate() {
+        grow(&mut expansion, length, term);
+    }
+    let power: f64 = expansion.into_iter().sum();
+    grow(&mut expansion, 4, -power);
+    (power, expansion.into_iter().sum())
+}
+
+/// Adds a term to an expansion of `length` components.
+fn grow(expansion: &mut [f64; 5], length: usize, term: f64) {
+    let mut sum = term;
+    for component in &mut expansion[..length] {
+        (sum, *component) = two_sum(sum, *component);
+    }
+    expansion[length] = sum;
+}

@@ -1,0 +1,114 @@
+//! Sights in doubles and in double-doubles, against dyadic rationals.
+
+use super::{Rays, Sights, Targets, power, power_of_camera};
+use crate::exact::{
+    bounds::{U, U_DOUBLE_DOUBLE},
+    real::{DoubleDouble, Real},
+    trials::{Dyadic, Trial, dyadic, each_trial},
+};
+use wide::f64x8;
+
+#[test]
+fn the_power_of_the_camera_has_the_right_sign_and_seven_roundings() {
+    each_trial(100_000, |trial, _| {
+        let exact = trial.truth().c;
+        let (rounded, rest) = power([
+            trial.sphere.centre[0],
+            trial.sphere.centre[1],
+            trial.sphere.centre[2],
+            trial.sphere.radius,
+        ]);
+        let zero = Dyadic::ZERO;
+        let right = rounded == power_of_camera(&trial.sphere)
+            && (rounded > 0.0) == (exact > zero)
+            && (rounded < 0.0) == (exact < zero);
+        let close = |value: Dyadic, share: f64| {
+            let (error, bound) = (value - &exact, dyadic(share) * &exact);
+            &error * &error <= &bound * &bound
+        };
+        let sum = dyadic(rounded) + dyadic(rest);
+        if right && close(dyadic(rounded), 7.0 * U) && close(sum, 7.0 * U_DOUBLE_DOUBLE) {
+            Ok(())
+        } else {
+            Err(format!("{:016x} + {rest:e} for {exact}", rounded.to_bits()))
+        }
+    });
+}
+
+/// What is wrong with a sight, if anything; and whether it is met, in doubt, or missed.
+fn judge<N: Real>(
+    trial: &Trial,
+    sights: &Sights<N>,
+    lane: usize,
+    exactly: impl Fn(N, usize) -> Option<Dyadic>,
+) -> Result<usize, String> {
+    let truth = trial.truth();
+    // Of a sight, inverse depth is in units of V: s = vz/z.
+    let unit = trial.camera.z_double();
+    let minus_infinity = |value: N| {
+        let lanes = N::splat(f64::MIN).exceeds(value).to_bitmask();
+        lanes >> lane & 1 == 1
+    };
+    let (lower, upper) = (sights.lower, sights.upper);
+    if minus_infinity(upper) {
+        return if truth.hit() {
+            Err("missed, but hit".into())
+        } else {
+            Ok(2)
+        };
+    }
+    let above = exactly(upper, lane);
+    if truth.hit() && above.is_some_and(|above| !truth.at_most_dyadic(&above, unit)) {
+        return Err("nearer than the upper bound".into());
+    }
+    if minus_infinity(lower) {
+        return Ok(1);
+    }
+    let below = exactly(lower, lane).ok_or("a lower bound of infinity")?;
+    if truth.hit() && truth.at_least_dyadic(&below, unit) {
+        Ok(0)
+    } else {
+        Err(format!(
+            "farther than the lower bound, hit: {}",
+            truth.hit()
+        ))
+    }
+}
+
+fn check<N: Real>(count: u64, exactly: impl Fn(N, usize) -> Option<Dyadic> + Copy) -> [u64; 3] {
+    let mut kinds = [0; 3];
+    each_trial(count, |trial, random| {
+        let targets = Targets::<N>::of(std::iter::once(trial.lengths()));
+        let (rays, lane) = if random.below(2) == 0 {
+            (Rays::of_pixel(&trial.camera, trial.column, trial.row), 0)
+        } else {
+            let before = (random.below(8) as u32).min(trial.column);
+            let rays = Rays::of_row(&trial.camera, trial.column - before, trial.row);
+            (rays, before as usize)
+        };
+        kinds[judge(trial, &Sights::new(&rays, &targets), lane, exactly)?] += 1;
+        Ok(())
+    });
+    kinds
+}
+
+fn double(value: f64) -> Option<Dyadic> {
+    value.is_finite().then(|| dyadic(value))
+}
+
+#[test]
+fn sights_in_doubles_hold_the_exact_inverse_depth() {
+    let kinds = check::<f64x8>(150_000, |lanes, lane| double(lanes.to_array()[lane]));
+    let enough = kinds[0] > 30_000 && kinds[1] > 500 && kinds[2] > 30_000;
+    assert!(enough, "only {kinds:?}");
+}
+
+#[test]
+fn sights_in_double_doubles_hold_the_exact_inverse_depth() {
+    let kinds = check::<DoubleDouble>(60_000, |lanes, lane| {
+        let [high, low] = lanes.parts().map(|part| part.to_array()[lane]);
+        Some(double(high)? + double(low)?)
+    });
+    let enough = kinds[0] > 10_000 && kinds[1] > 30 && kinds[2] > 10_000;
+    assert!(enough, "only {kinds:?}");
+}
