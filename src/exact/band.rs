@@ -166,12 +166,7 @@ impl<'a> Band<'a> {
             let candidates = &mut self.scratch.candidates;
             candidates.clear();
             candidates.extend(large.iter().map(|large| (large.index, large.sphere)));
-            let (seen, rung) = decide(engine.grid.camera(), (column, row), candidates, true);
-            self.counts.settled_by(rung);
-            let down = (row - self.origin) as usize - self.first;
-            let line = &mut self.bytes[down * self.row_bytes..][..self.row_bytes];
-            let column = column as usize;
-            run(line, column..column + 1).copy_from_slice(&colour_of(engine.scene, seen));
+            self.put_decided((column, row));
         }
         true
     }
@@ -384,23 +379,18 @@ impl<'a> Band<'a> {
                 candidates.push(covering.record.candidate());
             }
         }
-        self.put_decided(tile, column, row);
+        self.put_decided(tile.pixel(column, row));
     }
 
-    /// Decides a pixel of a tile among the candidates gathered.
-    fn put_decided(&mut self, tile: &Tile, column: usize, row: usize) {
+    /// Decides a pixel of the picture among the candidates gathered.
+    fn put_decided(&mut self, at: (u32, u32)) {
         let engine = self.engine;
-        let at = (tile.column + column as u32, tile.row + row as u32);
         let trusted = engine.bounds != Bounds::Refused;
-        let (seen, rung) = decide(
-            engine.grid.camera(),
-            at,
-            &mut self.scratch.candidates,
-            trusted,
-        );
+        let candidates = &mut self.scratch.candidates;
+        let (seen, rung) = decide(engine.grid.camera(), at, candidates, trusted);
         self.counts.settled_by(rung);
-        let line = &mut self.bytes[(row - tile.first) * self.row_bytes..][..self.row_bytes];
-        let column = at.0 as usize;
+        let (column, row) = (at.0 as usize, (at.1 - self.origin) as usize - self.first);
+        let line = &mut self.bytes[row * self.row_bytes..][..self.row_bytes];
         run(line, column..column + 1).copy_from_slice(&colour_of(engine.scene, seen));
     }
 
@@ -446,7 +436,7 @@ impl<'a> Band<'a> {
                 crowd, candidates, ..
             } = &mut *self.scratch;
             crowd.gather(column, row, candidates);
-            self.put_decided(tile, column, row);
+            self.put_decided(tile.pixel(column, row));
         }
     }
 }

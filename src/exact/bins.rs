@@ -475,11 +475,14 @@ impl Record {
 
     /// Whether no pixel lies in both boxes.
     pub(super) fn is_apart(&self, other: &Self) -> bool {
-        self.left > other.right
-            || other.left > self.right
-            || self.top > other.bottom
-            || other.top > self.bottom
+        are_apart(self.sides(), other.sides())
     }
+}
+
+/// Whether two boxes, each as first and last column and row, have no pixel in common.
+fn are_apart<T: PartialOrd>(a: [T; 4], b: [T; 4]) -> bool {
+    let ([left, right, top, bottom], other) = (a, b);
+    left > other[1] || other[0] > right || top > other[3] || other[2] > bottom
 }
 
 /// An order of spheres in which those that are equal as numbers are equal.
@@ -492,10 +495,8 @@ fn cmp_spheres(a: &[f32; 4], b: &[f32; 4]) -> Ordering {
 impl Large {
     /// Whether no pixel lies in both boxes.
     pub(super) fn is_apart(&self, other: &Self) -> bool {
-        self.left > other.right
-            || other.left > self.right
-            || self.top > other.bottom
-            || other.top > self.bottom
+        let sides = |large: &Self| [large.left, large.right, large.top, large.bottom];
+        are_apart(sides(self), sides(other))
     }
 
     /// The part of it in the tile at `(x, y)`.

@@ -67,6 +67,11 @@ pub(super) struct Tile {
 }
 
 impl Tile {
+    /// Column and row in the picture of one of its pixels.
+    pub(super) fn pixel(&self, column: usize, row: usize) -> (u32, u32) {
+        (self.column + column as u32, self.row + row as u32)
+    }
+
     /// Whether it meets nothing of the tile that is drawn now.
     pub(super) fn is_beside(&self, record: &Record) -> bool {
         usize::from(record.bottom) < self.first || usize::from(record.top) >= self.last

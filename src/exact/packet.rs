@@ -216,23 +216,11 @@ impl Meeting<'_> {
     #[inline(always)]
     pub(super) fn narrow<const PROVEN: bool>(&self, rows: &mut [PixelRow]) -> u64 {
         let [left, _, top, bottom] = self.record.sides().map(usize::from);
-        let &Self {
-            depths,
-            lane,
-            colour,
-            ..
-        } = self;
-        let p = f32x8::new(STEPS) + f32x8::splat(depths.p[lane]);
-        let terms = Terms::new::<true>(depths, lane, p, colour);
-        let mut q = f32x8::splat(depths.q[lane]);
-        for row in &mut rows[top..bottom + 1] {
-            row.meet::<PROVEN, true>(&terms, left, q);
-            q += f32x8::splat(1.0);
-        }
+        self.column::<PROVEN>(rows, left, (top, bottom + 1));
         (bottom + 1 - top) as u64
     }
 
-    /// Meets a sphere in the packets at `first` columns of its rows `top..bottom`.
+    /// Meets a sphere in the packets that begin at column `first` of its rows `top..bottom`.
     #[inline(always)]
     fn column<const PROVEN: bool>(
         &self,
