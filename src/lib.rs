@@ -1,5 +1,5 @@
-//! **sfera** renders scenes of flat-coloured spheres: every pixel provably
-//! right, at the speed at which memory can be written.
+//! **sfera** renders scenes of flat-coloured spheres: every pixel provably right, in
+//! about the time that the fastest inexact rasteriser takes.
 //!
 //! # Calling it
 //!
@@ -59,10 +59,52 @@
 //!
 //! Why no pixel is wrong is proven stage by stage in [`exact::proof`].
 //!
-//! Beside the way stand [`reference`](mod@reference): what the picture means,
+//! Beside these stand [`reference`](mod@reference): what the picture means,
 //! one pixel at a time in integers; [`nearness`]: how near a pixel is to showing
 //! something else; and [`families`]: scenes that grow harder by one knob. Tests,
-//! benches, `--method reference` and `--verify` read them; nothing else does.
+//! benches, `--method reference` and `--verify` use them; nothing else does.
+//!
+//! # Security
+//!
+//! A scene may come from a stranger. Whatever its bytes are, the result is a picture
+//! or an error: no panic, no signal, nothing overwritten. The reader and the renderer
+//! are fuzzed (`make fuzz`), and `scenes/bad` has a test of the message for every
+//! refusal. Only the mapping of files, the program's signal handlers and its message
+//! for a failed allocation are `unsafe`. `make checked` runs every test with overflow
+//! checks, `make sanitize` with the address sanitizer.
+//!
+//! What a scene can cost at most:
+//! - Memory: 19 bytes for each sphere, at most 160 more while it is drawn, 4 bytes for
+//!   each tile of 64 x 64 pixels, and a few megabytes. The number of spheres that the
+//!   text claims costs nothing.
+//! - Time: reading is linear in the bytes. Drawing is linear in spheres and pixels for
+//!   ordinary scenes. A scene made to be hard can have every pixel decided in integers
+//!   between all spheres that meet there, which takes some microseconds for each of
+//!   them. There is no time limit inside: `timeout`, `ulimit -t` and `ulimit -v` are
+//!   respected.
+//!
+//! There is no protection against another process that writes to the image or shortens
+//! it while it is mapped. Shortening is reported (exit code 1); bytes that others write
+//! stay in the picture.
+//!
+//! # Contributing
+//!
+//! `make check` (format, lints, documentation) and `make test` must pass. `make bench`
+//! times each stage, `make peers` compares with other renderers, and `perf-notes.md`
+//! records what was tried, with its figures, whether it was kept or not.
+//! `tests/README.md` says which test holds which promise.
+//!
+//! | change | where it begins | what follows |
+//! | --- | --- | --- |
+//! | a float method | a file in [`methods`]: the formula as a comment, then its scalar and its packet form | [`render::Method`]; `tests/bit_identity.rs` compares both forms, `tests/stability.rs` says where it fails |
+//! | a word of the scene format | `scene/parser.rs`, the parser that defines the grammar | `scene/advice.rs` for its mistakes, a file in `scenes/bad` for each refusal, `tests/reader.rs` |
+//! | a formula of the engine | the theorem in `exact/proof.md`, then the table of its roundings in `exact/bounds.rs` | the code, then the tests of its stage, `exact/*/tests.rs`, against rational arithmetic |
+//! | the rule from pixels to rays | [`camera`], which holds every form of it | [`reference`](mod@reference), which must say the same in integers |
+//! | a promise about files | the system calls in `ppm/system`, and their order in [`ppm`] | a row in the table of faults in `tests/README.md`, and its test in `tests/faults` |
+//! | an option of the program | `cli/arguments.rs` | `tests/cli.rs`; the README's table of options |
+//!
+//! A bug that was found becomes a test that fails without the fix. Benches check their
+//! answers before they time; tests do not measure time.
 
 #[cfg(any(
     all(target_arch = "x86", not(target_feature = "sse2")),

@@ -1,4 +1,5 @@
-//! The README's way from data to a picture, by its own words.
+//! The commands of `scenes/README.md` that make pictures from data, run as they
+//! stand there.
 
 // Shells, pipes and links as Unix has them.
 #![cfg(unix)]
@@ -11,13 +12,13 @@ use std::{fmt::Write as _, fs, os::unix::fs::symlink};
 use program::{Ran, SFERA, Workshop};
 use sfera::scene::Scene;
 
-const README: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/README.md");
+const README: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/README.md");
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
 
 /// The indented lines of a chapter.
 fn commands(chapter: &str) -> Vec<String> {
     let readme = fs::read_to_string(README).expect("the README");
-    let begin = format!("### {chapter}\n");
+    let begin = format!("## {chapter}\n");
     let text = readme.split(&begin).nth(1).expect("the chapter");
     let text = text.split("\n#").next().unwrap_or_default();
     let lines = text.lines().filter_map(|line| line.strip_prefix("    "));

@@ -1,4 +1,17 @@
-//! What the program does: one module a concern, `run` in the order it happens.
+//! What the program does: one module for each concern, `run` in the order of events.
+//!
+//! | exit code | meaning |
+//! | --- | --- |
+//! | 0 | the image is complete; with `--verify`, every pixel is right |
+//! | 1 | something failed: one line on standard error names the file and what would fix it |
+//! | 2 | the command line is wrong; nothing was touched |
+//! | 128 + N | ended by signal N: 129 hung up, 130 interrupted, 143 terminated, or any other that ends a program; no temporary file is left |
+//! | 141 | nobody reads standard output any more, as when `SIGPIPE` ends a program; no message |
+//!
+//! Colour is for terminals only, and `NO_COLOR` turns it off. A program built on one
+//! CPU runs on CPUs that have all its features; on others `processor` names the one
+//! that is missing. Standard output that was closed before the program began (`>&-`)
+//! counts as `/dev/null`, because Rust's standard library opens that in its place.
 
 mod arguments;
 mod compare;
