@@ -9,7 +9,11 @@
 //! sum round twice; the tables count twice.
 
 #[cfg(test)]
+pub(super) mod restated;
+#[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod trace;
 
 /// Unit roundoff of doubles.
 pub(super) const U: f64 = f64::EPSILON / 2.0;
@@ -40,14 +44,16 @@ pub(super) const U_DOUBLE_DOUBLE: f64 = 16.0 * U * U;
 ///
 /// | term | roundings | sum |
 /// | --- | --- | --- |
-/// | numerator: `q` under the root 4/2, root 1, product 1, sum 1 | 5 | 5 |
-/// | `q`: `Cz - r`, `Cz + r`, product | 3 | 8 |
-/// | its reciprocal; pixels per unit 2; two products | 5 | 13 |
-/// | spheres beside the camera: 3 more of `w` | 3 | 16 |
-/// | the middle, the slack, two sums | 4 | 20 |
+/// | beside the camera: `(|Cx| - r)(|Cx| + r)` | 3 | 3 |
+/// | the sum below it: `w` under the root 7/2, root 1, product 1, sum 1 | 7 | 10 |
+/// | their quotient | 1 | 11 |
+/// | pixels per unit 2, their product | 3 | 14 |
+/// | the slack, the middle | 2 | 16 |
+/// | to spare | 4 | 20 |
 ///
-/// A pixel more or less costs next to nothing, so this is rounder.
-pub(super) const BOX_BOUND: f64 = 256.0 * U;
+/// Before the camera: numerator 5 (`q` 3, the sum under the root 1, both halved, root 1, product
+/// 1, sum 1), `1/q` 4, pixels per unit 2, two products, the slack, the middle: 15.
+pub(super) const BOX_BOUND: f64 = 20.0 * U;
 
 // Outlines: theorem 2.
 
@@ -180,10 +186,17 @@ pub(super) const PLANE_BOUND: f64 = 9.0 * U;
 /// | to spare | 1 | 4 |
 pub(super) const SUM_OF_PARTS_BOUND: f64 = 4.0 * U32;
 
-/// What operations that underflow can lose, which is relative to nothing: half the
-/// spacing of subnormals, `2^-150`, times `64^2`, the greatest power of `p` or `q`, times
-/// less than 40 operations.
-pub(super) const LEAST_BOUND: f64 = 1.0 / (1_u128 << 127) as f64 / 8.0;
+/// What operations that underflow can lose, which is relative to nothing. In units of half the
+/// spacing of subnormals, `2^-150`, with `|p|` and `|q|` at most 41:
+///
+/// | term | units | sum |
+/// | --- | --- | --- |
+/// | `(d20 p + d10) p + d00`: a unit for each coefficient and each product | 1765 | 1765 |
+/// | `(d02 q + (d11 p + d01)) q` | 3486 | 5251 |
+/// | to spare; of it `2^-100` for what doubles lose | 2941 | 8192 |
+///
+/// `E` has 1765, `B` 85.
+pub(super) const LEAST_BOUND: f64 = 1.0 / (1_u128 << 127) as f64 / 1024.0;
 
 /// The part of the greatest `D` from which on an outline is not grazed. A choice, not
 /// an error; a power of 4, so that its root is exact.

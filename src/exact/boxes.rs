@@ -6,6 +6,7 @@ use wide::f64x8;
 use super::{
     bounds::{BOX_BOUND, U},
     grid::{EightSpheres, Grid, float_above, splat},
+    kernels::{before, touching, touching_beside},
     set_bits,
     sight::power_of_camera,
 };
@@ -47,17 +48,12 @@ impl Boxes {
     pub(super) fn new(grid: &Grid, spheres: &EightSpheres) -> Self {
         let &EightSpheres { x, y, z, r } = spheres;
         let size = grid.camera().size();
-        let near = z - r;
+        let [near, far, q, inverse] = before(z, r);
         let before = near.simd_gt(splat(0.0));
-        let behind = (z + r).simd_le(splat(0.0));
-        let q = near * (z + r);
-        let inverse = splat(1.0) / q;
+        let behind = far.simd_le(splat(0.0));
 
         let ends = |centre: f64x8, scale: f64, side: u32| {
-            let product = centre * z;
-            let root = r * (centre * centre + q).sqrt();
-            let scale = splat(scale) * inverse;
-            let (low, high) = ((product - root) * scale, (product + root) * scale);
+            let [low, high] = touching(centre, [z, r, q], splat(scale) * inverse);
             let slack =
                 splat(BOX_BOUND) * (low.abs().fast_max(high.abs()) + splat(f64::from(side)));
             (low - slack, high + slack)
@@ -89,7 +85,7 @@ impl Boxes {
             right: clamped(right, last_column),
             top: clamped(top, last_row),
             bottom: clamped(bottom, last_row),
-            upper: ((z + r) * inverse * splat(grid.scale))
+            upper: (far * inverse * splat(grid.scale))
                 .to_array()
                 .map(float_above),
         };
@@ -143,11 +139,8 @@ fn ends_beside(sphere: &Sphere, across: f32, scale: f64, side: u32) -> Option<(u
         f64::from(centre[2]),
         f64::from(radius),
     );
-    let slope = if z >= 0.0 {
-        (x - r) * (x + r) / (x * z + r * w.sqrt())
-    } else {
-        (x * z - r * w.sqrt()) / ((z - r) * (z + r))
-    };
+    let [ahead, back] = touching_beside([x, z, r], w);
+    let slope = if z >= 0.0 { ahead } else { back };
     let pixels = slope * scale;
     let slack = BOX_BOUND * (pixels.abs() + f64::from(side));
     let middle = 0.5 * f64::from(last);

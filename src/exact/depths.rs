@@ -26,6 +26,7 @@ use super::{
         LEAST_SHARE, PLANE_BOUND, SUM_OF_PARTS_BOUND, U32,
     },
     grid::{EightSpheres, Grid, float_above, float_below, splat},
+    kernels::{Middle, Steps, over_power},
     set_bits,
     sight::power_of_camera,
 };
@@ -63,7 +64,7 @@ pub(super) struct Depths {
     /// The same of `b + sqrt d`, but for what `d` is wrong by.
     bound: f64x8,
     /// No `d` in the rectangle is greater, with its bound or without.
-    d_upper: f64x8,
+    top: f64x8,
     /// `b - b00` is no greater.
     b_linear: f64x8,
     /// Lanes whose numbers can be used.
@@ -138,24 +139,19 @@ impl Depths {
         let (zero, one, two) = (splat(0.0), splat(1.0), splat(2.0));
 
         let squared_radius = r * r;
-        let yz = y.mul_add(y, z * z);
-        let xz = x.mul_add(x, z * z);
-        let k = yz - squared_radius;
-        let (n_x, n_y, n_z) = (
-            z.mul_neg_add(y0, y),
-            z.mul_sub(x0, x),
-            x.mul_sub(y0, y * x0),
-        );
-        let a0 = x0.mul_add(x0, y0.mul_add(y0, one));
-        let nn = n_x.mul_add(n_x, n_y.mul_add(n_y, n_z * n_z));
-        let d00 = squared_radius.mul_sub(a0, nn);
-        let d10 = n_z.mul_add(y, n_y.mul_neg_add(z, squared_radius * x0)) * splat(2.0 * dx);
-        let d01 = n_x.mul_add(z, n_z.mul_neg_add(x, squared_radius * y0)) * splat(2.0 * dy);
-        let d20 = k * splat(-dx * dx);
-        let d02 = (squared_radius - xz) * splat(dy * dy);
-        let d11 = x * y * splat(2.0 * dx * dy);
-        let b00 = x.mul_add(x0, y.mul_add(y0, z));
-        let (b10, b01) = (x * splat(dx), y * splat(dy));
+        let middle = Middle {
+            x,
+            y,
+            z,
+            squared_radius,
+            x0,
+            y0,
+        };
+        let [yz, k] = middle.k();
+        let [n_x, n_y, n_z] = middle.normal();
+        let steps = Steps::new(dx, dy).map(splat);
+        let coefficients = middle.coefficients([n_x, n_y, n_z], k, &steps);
+        let planes = [middle.dot(), x * splat(dx), y * splat(dy)];
 
         let [x_abs, y_abs, z_abs] = [x.abs(), y.abs(), z.abs()];
         let (x0_abs, y0_abs) = (x0.abs(), y0.abs());
@@ -181,11 +177,10 @@ impl Depths {
             }
             c = f64x8::new(lanes);
         }
-        let scale = splat(grid.scale) / c;
-        let squared_scale = scale * scale;
-        let [d00, d10, d01, d20, d11, d02, d_bound] =
-            [d00, d10, d01, d20, d11, d02, d_bound].map(|value| value * squared_scale);
-        let [b00, b10, b01] = [b00, b10, b01].map(|value| value * scale);
+        let [scale, squared_scale] = over_power(splat(grid.scale), c);
+        let [d00, d10, d01, d20, d11, d02] = coefficients.map(|value| value * squared_scale);
+        let [b00, b10, b01] = planes.map(|value| value * scale);
+        let d_bound = d_bound * squared_scale;
 
         let (ss, st, tt) = (s * s, s * t, t * t);
         let d_linear = s.mul_add(d10.abs(), t.mul_add(d01.abs(), st * d11.abs()));
@@ -227,7 +222,7 @@ impl Depths {
             b01,
             d_bound,
             bound,
-            d_upper: top,
+            top,
             b_linear,
             known: (outside | inside) & finite,
             missed,
@@ -258,8 +253,8 @@ impl Depths {
             (self.d_bound, self.bound)
         };
         let (d_spread, spread) = (splat(2.0) * d_bound, splat(2.0) * bound);
-        let clear = (splat(CLEAR_SHARE) * self.d_upper).fast_max(d_spread);
-        let grazed = splat(CLEAR_SHARE.sqrt()) * self.d_upper.sqrt();
+        let clear = (splat(CLEAR_SHARE) * self.top).fast_max(d_spread);
+        let grazed = splat(CLEAR_SHARE.sqrt()) * self.top.sqrt();
         let clear_spread = spread + d_spread / grazed;
         let unbounded = splat(f64::INFINITY);
         let floats = |value: f64x8| {
@@ -316,7 +311,7 @@ impl Depths {
             + t * t * self.d02.fast_max(zero)
             + s * t * self.d11.abs();
         let tangent = b00 + root + slope + (bulge + d_bound) * inverse;
-        let interval = b00 + self.b_linear + self.d_upper.sqrt();
+        let interval = b00 + self.b_linear + self.top.sqrt();
         let up = splat(1.0 + 32.0 * U32);
         let above = (least_of(tangent, interval) + bound) * up;
 
@@ -333,7 +328,7 @@ impl Depths {
         let plane = b00 - self.b_linear;
         let outside = covered.select(corners, plane) - bound;
         // A gradient is worse known than d, in the share of d that it is of.
-        let steady = self.d_upper.simd_lt(splat(8.0) * d00);
+        let steady = self.top.simd_lt(splat(8.0) * d00);
         let inside = b00 + root - slope - splat(4.0) * bound - splat(16.0) * d_bound * inverse;
         let inside = steady.select(inside, zero);
         let below = self.outside.select(outside, inside) * splat(1.0 - 32.0 * U32);

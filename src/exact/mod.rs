@@ -7,6 +7,7 @@
 //! | step | module | what it does |
 //! | --- | --- | --- |
 //! | | `bounds` | every constant of every error bound |
+//! | | `kernels` | the formulas whose roundings those bounds count |
 //! | | `grid` | the pixel grid, spheres eight at a time |
 //! | | `real`, `sight` | a ray and a sphere in doubles and in double-doubles, with running bounds |
 //! | spheres -> boxes | `boxes` | where a sphere can be seen, and how near; culling |
@@ -32,6 +33,7 @@ mod decide;
 mod depths;
 mod grid;
 mod integers;
+mod kernels;
 mod outline;
 mod packet;
 mod paint;

@@ -29,6 +29,7 @@ use super::{
         MIDDLE_BOUND, ROW_BOUND, ROW_END_BOUND, ROW_SQUARE_BOUND, U, U32,
     },
     grid::{EightSpheres, Grid, float_below, splat},
+    kernels::{MiddleRow, farthest, quadratic, row_factor, row_middle},
     set_bits,
     sight::power_of_camera,
 };
@@ -136,18 +137,14 @@ impl Outline {
             }
             c = f64x8::new(lanes);
         }
-        let h = splat(grid.x_scale) / k;
-        // In this order nothing underflows that is multiplied again.
-        let factor = c * h * h;
-        let (n0, n1) = (y - z * y0, z * dy);
-        let a0 = y0.mul_add(y0, one);
-        let e0 = factor * (squared_radius * a0 - n0 * n0);
-        let e1 = -(factor * two) * (n0 * n1 + squared_radius * (y0 * dy));
-        let e2 = factor * (dy * dy) * ((r - z) * (r + z));
+        let [h, factor] = row_factor(splat(grid.x_scale), c, k);
+        let middle_row = MiddleRow { y, z, r, y0, dy };
+        let [n0, n1] = middle_row.normal();
+        let [e0, e1, e2] = middle_row.coefficients([n0, n1], factor);
         let lean = h * x;
-        let level = y.mul_add(y0, z);
-        let m0 = splat(grid.x_middle - f64::from(placement.column)) + lean * level;
-        let m1 = -(lean * (y * dy));
+        let [rising, level] = middle_row.ahead();
+        let middle = splat(grid.x_middle - f64::from(placement.column));
+        let [m0, m1] = row_middle(middle, lean, [rising, level]);
 
         // What doubles round of E, of its factor and of the middle.
         let y_upper = y0.abs() + t * dy;
@@ -173,9 +170,7 @@ impl Outline {
         // The farthest point of the surface that is seen lies on the circle where
         // rays touch: z = sqrt c (sqrt c Cz + r |(Cx, Cy)|)/|C|^2. Sums of positive
         // terms if Cz > 0; k's bound is below 2^-32.
-        let across = (x * x + y * y).sqrt();
-        let c_root = c.sqrt();
-        let lower = (x * x + yz) / (c_root * (c_root * z + r * across));
+        let lower = farthest([x, y, z, r], yz, c);
         let before = z.simd_gt(r);
         let lower = (before & positive).select(lower * splat(grid.scale), splat(0.0));
         let front = before.select(splat(0.0), splat(ROW_BOUND) * level_upper);
@@ -197,7 +192,7 @@ impl Outline {
         let [e_bound, slack] = [e_bound, slack].map(floats);
         let row = floats(placement.rows - splat(f64::from(placement.row)));
         let lower = lower.to_array();
-        let [rising, level, front] = [-(y * dy), level, front].map(f64x8::to_array);
+        let [rising, level, front] = [rising, level, front].map(f64x8::to_array);
         let x = x.to_array();
         std::array::from_fn(|lane| Self {
             shape: if bounds != Bounds::Refused && power[lane] < 0.0 {
@@ -376,8 +371,7 @@ impl Outline {
         let splat = f32x8::splat;
         let zero = splat(0.0);
         let q = f32x8::new(STEPS) + splat(first as f32 - self.row);
-        let e = splat(self.e2).mul_add(q, splat(self.e1));
-        let e = e.mul_add(q, splat(self.e0));
+        let e = quadratic([self.e0, self.e1, self.e2].map(splat), q);
         let middle = splat(self.m1).mul_add(q, splat(self.m0));
         let root = |e: f32x8| e.simd_gt(zero).select(e, zero).sqrt();
         let (inner, outer) = (e - splat(self.e_bound), e + splat(self.e_bound));

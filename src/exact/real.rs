@@ -7,6 +7,7 @@ use wide::f64x8;
 use super::{
     bounds::{U, U_DOUBLE_DOUBLE},
     grid::splat,
+    kernels::Number,
 };
 
 #[cfg(test)]
@@ -86,67 +87,37 @@ impl Real for f64x8 {
 /// place of the first (theorem 6). The operations are those of Joldes, Muller and Popescu (2017),
 /// the root that of Lefevre and others (2023): see [`U_DOUBLE_DOUBLE`].
 #[derive(Clone, Copy, Debug)]
-pub(super) struct DoubleDouble {
-    high: f64x8,
-    low: f64x8,
+pub(super) struct DoubleDouble<T = f64x8> {
+    high: T,
+    low: T,
 }
 
-/// `a + b` as its rounded sum and the rounding error, exactly (Knuth).
-pub(super) fn two_sum<T>(a: T, b: T) -> (T, T)
-where
-    T: Copy + Add<Output = T> + Sub<Output = T>,
-{
-    let sum = a + b;
-    let virtual_b = sum - a;
-    let virtual_a = sum - virtual_b;
-    (sum, (a - virtual_a) + (b - virtual_b))
-}
-
-/// As [`two_sum`], for `|a| >= |b|` or `a = 0` (Dekker).
-fn fast_two_sum(a: f64x8, b: f64x8) -> DoubleDouble {
-    let high = a + b;
-    DoubleDouble {
-        high,
-        low: b - (high - a),
+impl<T> From<(T, T)> for DoubleDouble<T> {
+    fn from((high, low): (T, T)) -> Self {
+        Self { high, low }
     }
 }
 
-/// The upper and the lower half of the digits (Veltkamp); for `|a| < 2^996`.
-fn split(a: f64x8) -> (f64x8, f64x8) {
-    let c = splat(134_217_729.0) * a;
-    let high = c - (c - a);
-    (high, a - high)
-}
-
-/// `a b` as its rounded product and the rounding error, exactly (Dekker), unless that
-/// underflows.
-fn two_product(a: f64x8, b: f64x8) -> (f64x8, f64x8) {
-    let product = a * b;
-    let ((a_high, a_low), (b_high, b_low)) = (split(a), split(b));
-    let rest = a_high * b_high - product + a_high * b_low + a_low * b_high;
-    (product, rest + a_low * b_low)
-}
-
 #[cfg(test)]
-impl DoubleDouble {
+impl<T> DoubleDouble<T> {
     /// What it is the sum of.
-    pub(super) fn parts(self) -> [f64x8; 2] {
+    pub(super) fn parts(self) -> [T; 2] {
         [self.high, self.low]
     }
 }
 
-impl Add for DoubleDouble {
+impl<T: Number> Add for DoubleDouble<T> {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
-        let (high, rest) = two_sum(self.high, other.high);
-        let (low, last) = two_sum(self.low, other.low);
-        let sum = fast_two_sum(high, rest + low);
-        fast_two_sum(sum.high, last + sum.low)
+        let (high, rest) = self.high.two_sum(other.high);
+        let (low, last) = self.low.two_sum(other.low);
+        let (high, low) = high.fast_two_sum(rest + low);
+        high.fast_two_sum(last + low).into()
     }
 }
 
-impl Sub for DoubleDouble {
+impl<T: Number> Sub for DoubleDouble<T> {
     type Output = Self;
 
     fn sub(self, other: Self) -> Self {
@@ -157,25 +128,35 @@ impl Sub for DoubleDouble {
     }
 }
 
-impl Mul for DoubleDouble {
+impl<T: Number> Mul for DoubleDouble<T> {
     type Output = Self;
 
     fn mul(self, other: Self) -> Self {
-        let (high, rest) = two_product(self.high, other.high);
+        let (high, rest) = self.high.two_product(other.high);
         let crossed = self.high * other.low + self.low * other.high;
-        fast_two_sum(high, rest + crossed)
+        high.fast_two_sum(rest + crossed).into()
     }
 }
 
-impl Div for DoubleDouble {
+impl<T: Number> Div for DoubleDouble<T> {
     type Output = Self;
 
     fn div(self, other: Self) -> Self {
         let first = self.high / other.high;
-        let (high, rest) = two_product(first, other.high);
-        let product = fast_two_sum(high, rest + first * other.low);
-        let rest = (self.high - product.high) + (self.low - product.low);
-        fast_two_sum(first, rest / other.high)
+        let (high, rest) = first.two_product(other.high);
+        let (high, low) = high.fast_two_sum(rest + first * other.low);
+        let rest = (self.high - high) + (self.low - low);
+        first.fast_two_sum(rest / other.high).into()
+    }
+}
+
+impl<T: Number> DoubleDouble<T> {
+    /// The root of the high part, and what is missing of the root; of 0 no number.
+    fn root_and_rest(self) -> [T; 2] {
+        let root = self.high.root();
+        let (square, rest) = root.two_product(root);
+        let rest = ((self.high - square) - rest) + self.low;
+        [root, rest / (root + root)]
     }
 }
 
@@ -190,16 +171,14 @@ impl Real for DoubleDouble {
     }
 
     fn of_sum(doubles: f64x8, rest: f64x8) -> Self {
-        fast_two_sum(doubles, rest)
+        doubles.fast_two_sum(rest).into()
     }
 
     fn sqrt(self) -> Self {
-        let root = self.high.sqrt();
-        let (square, rest) = two_product(root, root);
-        let rest = ((self.high - square) - rest) + self.low;
-        let low = rest / (root + root);
+        let [root, rest] = self.root_and_rest();
         let zero = splat(0.0);
-        fast_two_sum(root, root.simd_gt(zero).select(low, zero))
+        root.fast_two_sum(root.simd_gt(zero).select(rest, zero))
+            .into()
     }
 
     fn exceeds(self, other: Self) -> f64x8 {

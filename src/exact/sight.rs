@@ -18,7 +18,8 @@ use wide::f64x8;
 use super::{
     bounds::{SIGHT_CROSS, SIGHT_DOT, SIGHT_QUOTIENT, SIGHT_SQUARED_CROSS, SIGHT_SQUARED_RADIUS},
     grid::splat,
-    real::{Real, two_sum},
+    kernels::Number,
+    real::Real,
 };
 use crate::{
     camera::Camera,
@@ -212,7 +213,7 @@ fn power(sphere: [f32; 4]) -> (f64, f64) {
 fn grow(expansion: &mut [f64; 5], length: usize, term: f64) {
     let mut sum = term;
     for component in &mut expansion[..length] {
-        (sum, *component) = two_sum(sum, *component);
+        (sum, *component) = sum.two_sum(*component);
     }
     expansion[length] = sum;
 }

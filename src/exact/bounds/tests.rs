@@ -1,138 +1,49 @@
-//! The roundings of each kernel, counted by machine for each term of it.
+//! The roundings of each formula, counted by machine for each term of it.
 //!
-//! A kernel is stated once over [`Number`] and evaluated with [`Terms`]: polynomials
-//! whose every term carries how many factors `1 + d`, `|d| <= u`, it is wrong by at most
+//! The engine's own formulas ([`kernels`](crate::exact::kernels), and
+//! [`Sights`](crate::exact::sight::Sights)) are evaluated with [`Traced`]: a polynomial's
+//! every term carries how many factors `1 + d`, `|d| <= u`, it is wrong by at most
 //! (Higham, chapter 3). A sum adds one to all terms, a product adds the counts and one, a
 //! fused multiply-add one where two operations add two. Both ways are counted, and the
 //! constant has to be at least one unit above the greater one: `n` roundings are no more
 //! than `n u/(1 - n u) < (n + 1) u`. It may be above by a stated number of units, fewer
 //! than would let its half pass.
 //!
-//! The kernels are restated here in the engine's order of operations; that they are the
-//! engine's is for the reader to compare.
+//! What packets do with these polynomials is [restated](super::restated), and held to the
+//! packets' own bits by a test of theirs.
 //!
 //! Roots, quotients of intervals and case splits are no polynomials: a root halves what is
-//! under it and rounds once, which is counted here by hand ([`Terms::root`]), and what
-//! follows from signs is left to the proof.
-//! What is not counted at all:
-//!
-//! - `BOX_BOUND` has fewer than 64 roundings and is 256 units, since a pixel more or less
-//!   in a box costs nothing: its half is as sound as itself.
-//! - `GREATEST_SLACK`, `CLEAR_SHARE` and `GREATEST` choose between ways that are all
-//!   sound; any positive value is, of `GREATEST` any up to this one.
-//! - `LEAST_BOUND` is absolute: see its comment.
+//! under it and rounds once, a divisor is a sum of terms of one sign, and what follows from
+//! signs is left to the proof.
 
 use std::collections::BTreeMap;
 
-use super::*;
+use super::{
+    restated::{in_column, in_row},
+    trace::{Counter, Traced},
+    *,
+};
+use crate::{
+    camera::{Camera, ImageSize},
+    exact::{
+        kernels::{
+            Middle, MiddleRow, Number, Steps, before, over_power, quadratic, row_factor,
+            row_middle, touching, touching_beside,
+        },
+        packet::SIDE,
+        sight::{Rays, Sights, Targets},
+    },
+    scene::Viewport,
+    spheres::LANES,
+};
 
-/// What a kernel is evaluated with.
-trait Number: Clone {
-    fn plus(&self, other: &Self) -> Self;
-    fn minus(&self, other: &Self) -> Self;
-    fn times(&self, other: &Self) -> Self;
-    /// `self a + b`, rounded once or twice.
-    fn times_plus(&self, a: &Self, b: &Self) -> Self;
-}
-
-/// The terms of a polynomial, by the sorted names of their factors, and the roundings of
-/// each.
-#[derive(Clone, Debug, PartialEq, Eq)]
-struct Terms {
-    terms: BTreeMap<Vec<&'static str>, u32>,
-    fused: bool,
-}
-
-impl Terms {
-    /// A number that is known within so many roundings.
-    fn of(name: &'static str, roundings: u32, fused: bool) -> Self {
-        let terms = BTreeMap::from([(vec![name], roundings)]);
-        Self { terms, fused }
-    }
-
-    /// The same, of products that doubles hold exactly: squares of floats.
-    fn exact_product(&self, other: &Self) -> Self {
-        let mut product = Self {
-            terms: BTreeMap::new(),
-            fused: self.fused,
-        };
-        for (left, count) in &self.terms {
-            for (right, more) in &other.terms {
-                let mut names = [left.as_slice(), right].concat();
-                names.sort_unstable();
-                let greatest = product.terms.entry(names).or_default();
-                *greatest = (*greatest).max(count + more);
-            }
-        }
-        product
-    }
-
-    fn exact_sum(&self, other: &Self) -> Self {
-        let mut sum = self.clone();
-        for (names, count) in &other.terms {
-            let greatest = sum.terms.entry(names.clone()).or_default();
-            *greatest = (*greatest).max(*count);
-        }
-        sum
-    }
-
-    fn rounded(mut self) -> Self {
-        for count in self.terms.values_mut() {
-            *count += 1;
-        }
-        self
-    }
-
-    /// The greatest count.
-    fn roundings(&self) -> u32 {
-        self.terms.values().copied().max().expect("a term")
-    }
-
-    /// `self / other`, of an `other` that is one number.
-    fn over(&self, other: &Self) -> Self {
-        self.times(other)
-    }
-
-    /// The square root of one number: `sqrt(1 + d)` is nearer to 1 than `1 + d`.
-    fn root(&self) -> Self {
-        let half = |count: &u32| count.div_ceil(2);
-        let terms = self
-            .terms
-            .iter()
-            .map(|(names, count)| (names.clone(), half(count)));
-        let halved = Self {
-            terms: terms.collect(),
-            fused: self.fused,
-        };
-        halved.rounded()
-    }
-}
-
-impl Number for Terms {
-    fn plus(&self, other: &Self) -> Self {
-        self.exact_sum(other).rounded()
-    }
-
-    fn minus(&self, other: &Self) -> Self {
-        self.plus(other)
-    }
-
-    fn times(&self, other: &Self) -> Self {
-        self.exact_product(other).rounded()
-    }
-
-    fn times_plus(&self, a: &Self, b: &Self) -> Self {
-        if self.fused {
-            self.exact_product(a).plus(b)
-        } else {
-            self.times(a).plus(b)
-        }
-    }
-}
-
-/// Fused and unfused.
-fn greatest(count: impl Fn(bool) -> u32) -> u32 {
-    count(false).max(count(true))
+/// The greater count of both ways.
+fn greatest(of: &[Traced], given: &[(Traced, &'static str, u32)]) -> u32 {
+    let count = |fused| {
+        let counter = Counter::new(fused).given(given);
+        of.iter().map(|&of| counter.terms(of).roundings()).max()
+    };
+    count(false).max(count(true)).expect("numbers")
 }
 
 fn assert_counted(name: &str, constant: f64, unit: f64, derived: u32, slack: u32) {
@@ -146,220 +57,227 @@ fn assert_counted(name: &str, constant: f64, unit: f64, derived: u32, slack: u32
     assert!(units / 2.0 < least, "half of {name} would pass");
 }
 
-/// The floats of a sphere, exact; a coordinate of a ray, 3 roundings; a step, 2.
-fn atoms(fused: bool) -> impl Fn(&'static str, u32) -> Terms {
-    move |name, roundings| Terms::of(name, roundings, fused)
+#[test]
+fn ends_of_boxes() {
+    let (x, z, r) = (Traced::float("Cx"), Traced::float("Cz"), Traced::float("r"));
+    let [middle, slack] = ["middle", "slack"].map(|name| Traced::rounded(name, 0));
+    let scale = Traced::rounded("scale", 2);
+    let [_, _, q, inverse] = before(z, r);
+    let ends = touching(x, [z, r, q], scale * inverse);
+    let ends = ends.map(|end| middle + (end - slack));
+    let beside = touching_beside([x, z, r], Traced::rounded("w", 7));
+    let beside = beside.map(|slope| middle + slope * scale - slack);
+    let derived = greatest(&[ends, beside].concat(), &[]);
+    assert_counted("BOX_BOUND", BOX_BOUND, U, derived, 3);
 }
 
-/// A part of `N`: `a b - c d`.
-fn cross<N: Number>(negated: &N, by: &N, from: &N) -> N {
-    negated.times_plus(by, from)
+/// Floats of the scene; coordinates of a ray, 3 roundings each.
+fn middle() -> Middle<Traced> {
+    let r = Traced::float("r");
+    Middle {
+        x: Traced::float("Cx"),
+        y: Traced::float("Cy"),
+        z: Traced::float("Cz"),
+        squared_radius: r * r,
+        x0: Traced::rounded("X", 3),
+        y0: Traced::rounded("Y", 3),
+    }
 }
 
-/// `(d2 x + d1) x + d0`
-fn quadratic<N: Number>([d0, d1, d2]: [&N; 3], x: &N) -> N {
-    d2.times_plus(x, d1).times_plus(x, d0)
+fn middle_row() -> MiddleRow<Traced> {
+    MiddleRow {
+        y: Traced::float("Cy"),
+        z: Traced::float("Cz"),
+        r: Traced::float("r"),
+        y0: Traced::rounded("Y", 3),
+        dy: Traced::rounded("dY", 2),
+    }
 }
 
 #[test]
 fn parts_of_the_normal() {
-    let derived = greatest(|fused| {
-        let atom = atoms(fused);
-        let (x, y, z) = (atom("Cx", 0), atom("Cy", 0), atom("Cz", 0));
-        let (x0, y0) = (atom("X", 3), atom("Y", 3));
-        let n_x = cross(&z, &y0, &y);
-        let n_y = cross(&z, &x0, &x);
-        let n_z = cross(&x, &y0, &y.times(&x0));
-        [n_x, n_y, n_z]
-            .map(|n| n.roundings())
-            .into_iter()
-            .max()
-            .expect("three")
-    });
-    assert_counted("CROSS_BOUND", CROSS_BOUND, U, derived, 0);
+    let derived = greatest(&middle().normal(), &[]);
+    let of_row = greatest(&middle_row().normal()[..1], &[]);
+    assert_counted("CROSS_BOUND", CROSS_BOUND, U, derived.max(of_row), 0);
 }
 
 /// From the computed `N`, whose own error is the other part of the bound.
 #[test]
 fn coefficients_of_depths() {
-    let derived = greatest(|fused| {
-        let atom = atoms(fused);
-        let (x, y, z, r) = (atom("Cx", 0), atom("Cy", 0), atom("Cz", 0), atom("r", 0));
-        let (x0, y0, one) = (atom("X", 3), atom("Y", 3), atom("1", 0));
-        let (dx, dy) = (atom("dX", 2), atom("dY", 2));
-        let (n_x, n_y, n_z) = (atom("Nx", 0), atom("Ny", 0), atom("Nz", 0));
-        let squared_radius = r.exact_product(&r);
-        let yz = y.times_plus(&y, &z.exact_product(&z));
-        let xz = x.times_plus(&x, &z.exact_product(&z));
-        let k = yz.minus(&squared_radius);
-        let a0 = x0.times_plus(&x0, &y0.times_plus(&y0, &one));
-        let nn = n_x.times_plus(&n_x, &n_y.times_plus(&n_y, &n_z.times(&n_z)));
-        let d00 = squared_radius.times_plus(&a0, &nn);
-        let d10 = n_z
-            .times_plus(&y, &n_y.times_plus(&z, &squared_radius.times(&x0)))
-            .times(&dx);
-        let d01 = n_x
-            .times_plus(&z, &n_z.times_plus(&x, &squared_radius.times(&y0)))
-            .times(&dy);
-        let d20 = k.times(&dx.times(&dx));
-        let d02 = squared_radius.minus(&xz).times(&dy.times(&dy));
-        let d11 = x.times(&y).times(&dx.times(&dy));
-        let scale = atom("1/c", 0).rounded();
-        let squared_scale = scale.times(&scale);
-        let scaled = [d00, d10, d01, d20, d02, d11].map(|d| d.times(&squared_scale));
-        scaled
-            .map(|d| d.roundings())
-            .into_iter()
-            .max()
-            .expect("six")
-    });
+    let middle = middle();
+    let normal @ [n_x, n_y, n_z] = middle.normal();
+    let given = [(n_x, "Nx", 0), (n_y, "Ny", 0), (n_z, "Nz", 0)];
+    let steps = Steps::new(Traced::rounded("dX", 2), Traced::rounded("dY", 2));
+    let [_, k] = middle.k();
+    let coefficients = middle.coefficients(normal, k, &steps);
+    // What `c` is wrong by is extra. The scale is a power of two.
+    let [_, squared_scale] = over_power(Traced::constant(1.0), Traced::rounded("c", 0));
+    let scaled = coefficients.map(|of| of * squared_scale);
+    let derived = greatest(&scaled, &given);
+    let row = middle_row();
+    let normal @ [n0, _] = row.normal();
+    let of_row = row.coefficients(normal, Traced::constant(1.0));
+    let of_row = greatest(&of_row, &[(n0, "N0", 0)]);
+    assert!(of_row <= derived, "{of_row} in a row");
     assert_counted("COEFFICIENT_BOUND", COEFFICIENT_BOUND, U, derived, 0);
 }
 
 #[test]
 fn depths_in_floats() {
-    let d = |fused: bool| {
-        let [d00, d10, d01, d20, d11, d02] =
-            ["d00", "d10", "d01", "d20", "d11", "d02"].map(|name| Terms::of(name, 1, fused));
-        let (p, q) = (Terms::of("p", 0, fused), Terms::of("q", 0, fused));
-        let d0 = quadratic([&d00, &d10, &d20], &p);
-        let d1 = d11.times_plus(&p, &d01);
-        quadratic([&d0, &d1, &d02], &q)
-    };
+    let d = ["d00", "d10", "d01", "d20", "d11", "d02"].map(|name| Traced::rounded(name, 1));
+    let b = ["b00", "b10", "b01"].map(|name| Traced::rounded(name, 1));
+    let (p, q) = (Traced::rounded("p", 0), Traced::rounded("q", 0));
+    let (d, b) = in_column(d, b, p);
+    let [d, b] = in_row(d, b, q);
+    let spread = Traced::rounded("spread", 0);
     // Taking away the bound rounds as well. `c` is a share of a unit: see below.
-    let derived = greatest(|fused| d(fused).rounded().roundings());
+    let derived = greatest(&[d - spread], &[]);
     assert_counted("D_BOUND", D_BOUND, U32, derived, 1);
-    let b = |fused: bool| {
-        let [b00, b10, b01] = ["b00", "b10", "b01"].map(|name| Terms::of(name, 1, fused));
-        let (p, q) = (Terms::of("p", 0, fused), Terms::of("q", 0, fused));
-        b01.times_plus(&q, &b10.times_plus(&p, &b00))
-    };
-    let derived = greatest(|fused| b(fused).roundings());
+    let derived = greatest(&[b], &[]);
     assert_counted("B_BOUND", B_BOUND, U32, derived, 1);
     // (b - spread) + sqrt(d - d_spread), and (b + sqrt d) - spread: of the parts.
-    let (b, d) = (Terms::of("b", 0, false), Terms::of("d", 0, false));
-    let spread = Terms::of("spread", 0, false);
-    let lower = b.minus(&spread).plus(&d.rounded().root());
-    let clear = b.plus(&Terms::of("d", 0, false).root()).minus(&spread);
-    let derived = lower.roundings().max(clear.roundings());
+    let given = [(d, "d", 0), (b, "b", 0)];
+    let lower = (b - spread) + (d - spread).root();
+    let clear = (b + d.root()) - spread;
+    let derived = greatest(&[lower, clear], &given);
     assert_counted("SUM_OF_PARTS_BOUND", SUM_OF_PARTS_BOUND, U32, derived, 0);
 }
 
 #[test]
 fn planes_of_depths() {
-    let derived = greatest(|fused| {
-        let atom = atoms(fused);
-        let (x, y, z) = (atom("Cx", 0), atom("Cy", 0), atom("Cz", 0));
-        let (x0, y0) = (atom("X", 3), atom("Y", 3));
-        let b00 = x.times_plus(&x0, &y.times_plus(&y0, &z));
-        // The scale is a power of two.
-        let scale = atom("1/c", 0).rounded();
-        b00.times(&scale).roundings()
-    });
+    // The scale is a power of two.
+    let [scale, _] = over_power(Traced::constant(1.0), Traced::rounded("c", 0));
+    let derived = greatest(&[middle().dot() * scale], &[]);
     assert_counted("PLANE_BOUND", PLANE_BOUND, U, derived, 0);
 }
 
 #[test]
 fn rows_in_doubles() {
-    let level = |fused: bool| {
-        let atom = atoms(fused);
-        atom("Cy", 0).times_plus(&atom("Y", 3), &atom("Cz", 0))
-    };
-    let h = |fused: bool| Terms::of("scale", 2, fused).over(&Terms::of("1/k", 0, fused));
-    let rising = |fused: bool| {
-        let step = Terms::of("dY", 2, fused);
-        let rising = Terms::of("Cy", 0, fused).times(&step);
-        rising.times(&Terms::of("q", 0, fused)).plus(&level(fused))
-    };
-    let derived = greatest(|fused| rising(fused).roundings());
+    let [rising, level] = middle_row().ahead();
+    let ahead = rising * Traced::rounded("q", 0) + level;
+    let derived = greatest(&[ahead], &[]);
     assert_counted("ROW_BOUND", ROW_BOUND, U, derived, 0);
-    let derived = greatest(|fused| {
-        let lean = h(fused).times(&Terms::of("Cx", 0, fused));
-        let m0 = lean
-            .times(&level(fused))
-            .plus(&Terms::of("middle", 0, fused));
-        let dy = Terms::of("dY", 2, fused);
-        let m1 = lean.times(&Terms::of("Cy", 0, fused).times(&dy));
-        m0.roundings().max(m1.roundings())
-    });
+    // What `k` is wrong by is extra.
+    let scale = Traced::rounded("scale", 2);
+    let [h, factor] = row_factor(scale, Traced::rounded("c", 7), Traced::rounded("k", 0));
+    let lean = h * Traced::float("Cx");
+    let middle = row_middle(Traced::rounded("middle", 0), lean, [rising, level]);
+    let derived = greatest(&middle, &[]);
     assert_counted("MIDDLE_BOUND", MIDDLE_BOUND, U, derived, 4);
-    let derived = greatest(|fused| {
-        let power = Terms::of("c", 7, fused);
-        power.times(&h(fused).times(&h(fused))).roundings()
-    });
+    let derived = greatest(&[factor], &[]);
     assert_counted("FACTOR_BOUND", FACTOR_BOUND, U, derived, 0);
 }
 
 #[test]
 fn rows_in_floats() {
-    let e = |fused: bool| {
-        let [e0, e1, e2] = ["e0", "e1", "e2"].map(|name| Terms::of(name, 1, fused));
-        quadratic([&e0, &e1, &e2], &Terms::of("q", 0, fused))
-    };
-    let derived = greatest(|fused| e(fused).rounded().roundings());
+    let q = Traced::rounded("q", 0);
+    let e = quadratic(["e0", "e1", "e2"].map(|name| Traced::rounded(name, 1)), q);
+    let bound = Traced::rounded("bound", 0);
+    let derived = greatest(&[e - bound], &[]);
     assert_counted("ROW_SQUARE_BOUND", ROW_SQUARE_BOUND, U32, derived, 1);
-    let derived = greatest(|fused| {
-        let [m0, m1] = ["m0", "m1"].map(|name| Terms::of(name, 1, fused));
-        let middle = m1.times_plus(&Terms::of("q", 0, fused), &m0);
-        let low = middle.minus(&Terms::of("slack", 0, fused));
-        low.minus(&Terms::of("e", 0, fused).root()).roundings()
-    });
+    let middle = Traced::rounded("m1", 1).times_plus(q, Traced::rounded("m0", 1));
+    let root = (e - bound).root();
+    let low = (middle - Traced::rounded("slack", 0)) - root;
+    let derived = greatest(&[low], &[(e - bound, "e", 0), (root, "root", 1)]);
     assert_counted("ROW_END_BOUND", ROW_END_BOUND, U32, derived, 2);
+}
+
+/// A camera whose coordinates of a ray round twice, and spheres about its rays.
+fn sights_of(sphere: [f32; 4]) -> Sights<Traced> {
+    let viewport = Viewport {
+        width: 1.7,
+        height: 1.3,
+        distance: 0.9,
+    };
+    let size = ImageSize::new(2_000_000_011, 1_000_000_007).expect("a size");
+    let camera = Camera::new(viewport, size);
+    let rays = Rays::<Traced>::of_pixel(&camera, 1_234_567_890, 321_987_654);
+    Sights::new(&rays, &Targets::of(std::iter::once(sphere)))
+}
+
+/// The numbers on the way to the lower bound of a sphere that is seen from outside.
+struct OnTheWay {
+    lower: Traced,
+    b: Traced,
+    b_bound: Traced,
+    d: Traced,
+    d_bound: Traced,
+    squared_radius: Traced,
+    squared_cross: Traced,
+    normal: [Traced; 3],
+}
+
+impl OnTheWay {
+    fn find() -> Self {
+        let lower = sights_of([0.3, 0.2, 3.1, 0.7]).lower;
+        let [quotient, _] = lower.operands();
+        let [sum, _] = quotient.operands();
+        let [b_lower, root] = sum.operands();
+        let [b, b_bound] = b_lower.operands();
+        let [d, d_bound] = root.square().operands();
+        let [squared_radius, squared_cross] = d.operands();
+        let [two, z] = squared_cross.operands();
+        let [one, y] = two.operands();
+        let [zero, x] = one.operands();
+        assert_eq!(zero.constant_value(), Some(0.0));
+        let normal = [x, y, z].map(|square| square.operands()[0]);
+        Self {
+            lower,
+            b,
+            b_bound,
+            d,
+            d_bound,
+            squared_radius,
+            squared_cross,
+            normal,
+        }
+    }
 }
 
 /// In units of the arithmetic's own roundoff; squares of floats are exact in both.
 #[test]
 fn sights() {
-    let atom = |name, roundings| Terms::of(name, roundings, false);
-    let (cx, cy, cz, r) = (atom("Cx", 0), atom("Cy", 0), atom("Cz", 0), atom("r", 0));
-    let (x, y, z) = (atom("x", 2), atom("y", 2), atom("z", 0));
-    let n = cx.times(&y).minus(&cy.times(&x));
-    assert_counted("SIGHT_CROSS", SIGHT_CROSS, 1.0, n.roundings(), 0);
-    let b = cx.times(&x).plus(&cy.times(&y)).plus(&cz.times(&z));
-    assert_counted("SIGHT_DOT", SIGHT_DOT, 1.0, b.roundings(), 0);
-    let a = x.times(&x).plus(&y.times(&y)).plus(&z.times(&z));
-    let part = r.exact_product(&r).times(&a).rounded();
-    assert_counted(
-        "SIGHT_SQUARED_RADIUS",
-        SIGHT_SQUARED_RADIUS,
-        1.0,
-        part.roundings(),
-        0,
-    );
-    let [n_x, n_y, n_z] = ["Nx", "Ny", "Nz"].map(|name| atom(name, 0));
-    // The first square is added to nothing.
-    let squared = n_x
-        .times(&n_x)
-        .plus(&n_y.times(&n_y))
-        .plus(&n_z.times(&n_z));
-    let part = squared.rounded();
-    assert_counted(
-        "SIGHT_SQUARED_CROSS",
-        SIGHT_SQUARED_CROSS,
-        1.0,
-        part.roundings(),
-        0,
-    );
+    let way = OnTheWay::find();
+    let counted = |name: &str, constant: f64, derived: u32, slack: u32| {
+        assert_counted(name, constant, 1.0, derived, slack);
+    };
+    counted("SIGHT_CROSS", SIGHT_CROSS, greatest(&way.normal, &[]), 0);
+    counted("SIGHT_DOT", SIGHT_DOT, greatest(&[way.b], &[]), 0);
+    // Each with its share of the difference.
+    let [n_x, n_y, n_z] = way.normal;
+    let normal = [(n_x, "Nx", 0), (n_y, "Ny", 0), (n_z, "Nz", 0)];
+    let radius = greatest(&[way.squared_radius], &normal) + 1;
+    counted("SIGHT_SQUARED_RADIUS", SIGHT_SQUARED_RADIUS, radius, 0);
+    let cross = greatest(&[way.squared_cross], &normal) + 1;
+    counted("SIGHT_SQUARED_CROSS", SIGHT_SQUARED_CROSS, cross, 0);
+    assert_eq!(greatest(&[way.d], &normal), radius.max(cross));
     // From the bounds of b and d on: (b - b_bound + sqrt(d - d_bound))/c and its own share.
-    let root = atom("d", 0).rounded().root();
-    let sum = atom("b", 0).rounded().plus(&root);
-    let quotient = sum.over(&atom("1/c", 7));
-    let share = atom("1", 0).rounded();
-    let lower = quotient.times(&share);
-    assert_counted("SIGHT_QUOTIENT", SIGHT_QUOTIENT, 1.0, lower.roundings(), 7);
+    let given = [
+        (way.b, "b", 0),
+        (way.b_bound, "b bound", 0),
+        (way.d, "d", 0),
+        (way.d_bound, "d bound", 0),
+    ];
+    let derived = greatest(&[way.lower], &given);
+    counted("SIGHT_QUOTIENT", SIGHT_QUOTIENT, derived, 7);
+}
+
+/// The bound of `B` has every term that `B` has.
+#[test]
+fn bounds_of_sights_have_all_terms() {
+    let way = OnTheWay::find();
+    let counter = Counter::new(false);
+    let [units, terms] = way.b_bound.operands();
+    assert_eq!(units.constant_value(), Some(SIGHT_DOT * U));
+    let names = |of: Traced| counter.terms(of).terms.into_keys().collect::<Vec<_>>();
+    assert_eq!(names(way.b), names(terms));
 }
 
 /// `k` loses two units of `yz`; where it is used, `k > LEAST_SHARE yz` is left, so it is
 /// within `2^-32` of itself, as the bounds of floats take it to be.
 #[test]
 fn what_cancels_is_less_than_a_share_of_a_float() {
-    let derived = greatest(|fused| {
-        let atom = atoms(fused);
-        let (y, z, r) = (atom("Cy", 0), atom("Cz", 0), atom("r", 0));
-        let yz = y.exact_product(&y).plus(&z.exact_product(&z));
-        yz.minus(&r.exact_product(&r)).roundings()
-    });
-    let derived = f64::from(derived);
+    let derived = f64::from(greatest(&middle().k()[1..], &[]));
     assert!(derived * U / LEAST_SHARE <= (-32.0_f64).exp2());
     // And no more is asked of k than that.
     assert!(2.0 * derived * U / LEAST_SHARE > (-32.0_f64).exp2());
@@ -370,6 +288,32 @@ fn double_doubles_round_by_no_more_than_a_quotient() {
     // Of the operations in its table, with terms in U^3.
     let greatest = 15.0 * U * U;
     assert!((greatest..=greatest + U * U).contains(&U_DOUBLE_DOUBLE));
+}
+
+/// Of coefficients that are rounded to floats, with the greatest `p` and `q` of a tile.
+#[test]
+fn what_underflows_is_less_than_the_least_bound() {
+    let unit = (-150.0_f64).exp2();
+    let most = f64::from(SIDE as u32) / 2.0 + LANES as f64 + 1.0;
+    let greatest = BTreeMap::from([("p", most), ("q", most)]);
+    let d = ["d00", "d10", "d01", "d20", "d11", "d02"].map(|name| Traced::rounded(name, 1));
+    let b = ["b00", "b10", "b01"].map(|name| Traced::rounded(name, 1));
+    let (p, q) = (Traced::rounded("p", 0), Traced::rounded("q", 0));
+    let (d, b) = in_column(d, b, p);
+    let [d, b] = in_row(d, b, q);
+    let e = quadratic(["e0", "e1", "e2"].map(|name| Traced::rounded(name, 1)), q);
+    let lost = [d, b, e].map(|of| of.lost_units(&greatest));
+    let most = lost.into_iter().fold(0.0, f64::max);
+    // One unit more for a bound that is itself rounded to a float.
+    assert!((most + 1.0) * unit < LEAST_BOUND, "{lost:?}");
+    assert!(most * unit > LEAST_BOUND / 2.0, "{lost:?}");
+}
+
+/// A power of 4 has an exact root.
+#[test]
+fn the_root_of_the_clear_share_is_exact() {
+    let fraction = |value: f64| value.to_bits() << 12;
+    assert_eq!([CLEAR_SHARE, CLEAR_SHARE.sqrt()].map(fraction), [0, 0]);
 }
 
 /// Half of the distance from 1 to the number after it.

@@ -3,11 +3,16 @@
 use wide::f32x8;
 
 use super::{Bounds, Depths, FloatDepths, LANES, Rectangles, f64x8};
-use crate::exact::{
-    boxes::Boxes,
-    grid::Grid,
-    outline::{Outline, Placement},
-    trials::{Dyadic, Random, Trial, dyadic, each_trial, rectangles, scale},
+use crate::{
+    camera::{Camera, ImageSize},
+    exact::{
+        boxes::Boxes,
+        grid::Grid,
+        outline::{Outline, Placement},
+        trials::{Dyadic, Random, Trial, dyadic, each_trial, rectangles, scale},
+    },
+    scene::Viewport,
+    spheres::Sphere,
 };
 
 /// `d`, `b` in floats, in the order in which packets compute them.
@@ -161,4 +166,41 @@ fn ranges_hold_every_hit() {
     assert!(covered > 3_000, "only {covered} covered");
     assert!(missed > 1_000, "only {missed} missed");
     assert!(tighter > 3_000, "only {tighter} tighter");
+}
+
+/// What floats hold is used up to the greatest value there is: `D/c^2` is `0.73 2^100` in the
+/// first case, and 4 times as much in the other.
+#[test]
+fn depths_are_known_up_to_the_greatest() {
+    let sphere = Sphere {
+        centre: [0.0, 0.0, 2.0],
+        radius: 1.5,
+        colour: [0; 3],
+    };
+    let narrow = Viewport {
+        width: 1e-6,
+        height: 1e-6,
+        distance: 1.0,
+    };
+    let size = ImageSize::new(1001, 1001).expect("a size");
+    let mut trial = Trial::new(0);
+    (trial.camera, trial.sphere) = (Camera::new(narrow, size), sphere);
+    let known = |scale: f64| {
+        let mut grid = Grid::new(trial.camera);
+        grid.scale = scale;
+        let around = Rectangles {
+            columns: f64x8::splat(500.0),
+            rows: f64x8::splat(500.0),
+            across: f64x8::splat(4.0),
+            down: f64x8::splat(1.0),
+        };
+        Depths::new(&grid, &around, &trial.eight())
+            .known
+            .to_bitmask()
+            & 1
+            == 1
+    };
+    let scale = (50.0_f64).exp2();
+    assert!(known(scale));
+    assert!(!known(2.0 * scale));
 }

@@ -3,9 +3,14 @@
 use std::cell::Cell;
 
 use super::{Bounds, Columns, EightRows, Ends, LANES, Outline, Placement, Shape, f64x8, splat};
-use crate::exact::{
-    grid::Grid,
-    trials::{Dyadic, Random, Trial, each_trial},
+use crate::{
+    camera::{Camera, ImageSize},
+    exact::{
+        grid::Grid,
+        trials::{Dyadic, Random, Trial, each_trial},
+    },
+    scene::Viewport,
+    spheres::Sphere,
 };
 
 /// The outline of the trial's sphere in its tile, as a tile of few spheres has it.
@@ -402,4 +407,36 @@ fn columns_are_masks_of_their_ends() {
             }
         }
     }
+}
+
+/// Ends that are known within a quarter of a pixel are used, others are not.
+#[test]
+fn ends_are_known_up_to_a_quarter_of_a_pixel() {
+    let (mut nearly, mut beyond) = (0, 0);
+    for step in 0..200 {
+        let width = (400_000.0 * 1.01_f64.powi(step)) as u32;
+        let mut trial = Trial::new(0);
+        trial.sphere = Sphere {
+            centre: [0.0, 0.0, 10.0],
+            radius: 3.0,
+            colour: [0; 3],
+        };
+        let viewport = Viewport {
+            width: 1.0,
+            height: 1.0,
+            distance: 1.0,
+        };
+        let size = ImageSize::new(width, width).expect("a size");
+        trial.camera = Camera::new(viewport, size);
+        (trial.column, trial.row) = (width / 2, width / 2);
+        let grid = Grid::new(trial.camera);
+        let outline = placed(&trial, &grid, splat(f64::from(trial.row)), splat(40.0));
+        assert_eq!(outline.shape == Shape::Between, outline.slack < 0.25);
+        nearly += u32::from((0.126..0.25).contains(&outline.slack));
+        beyond += u32::from(outline.slack > 0.25);
+    }
+    assert!(
+        nearly > 20 && beyond > 20,
+        "{nearly} nearly, {beyond} beyond"
+    );
 }

@@ -4,8 +4,9 @@ use super::{
     Bounds, Grid, LANES, Meeting, PixelRow, Record, SIDE, STEPS, Terms, f32x8, f64x8, packet,
 };
 use crate::exact::{
+    bounds::restated::{in_column, in_row},
     boxes::Boxes,
-    depths::Depths,
+    depths::{Depths, FloatDepths},
     trials::{Trial, each_trial, rectangles, scale},
 };
 
@@ -144,4 +145,57 @@ fn leader_and_rivals_are_those_of_every_order() {
         assert_eq!(packet(&pixels.rival, 3), f32x8::splat(3.0));
         assert_eq!(pixels.open(3), 0xff);
     }
+}
+
+/// The formulas whose roundings are counted are those that packets evaluate, bit by bit.
+#[test]
+fn packets_evaluate_what_is_counted() {
+    let mut seen = 0;
+    each_trial(20_000, |trial, random| {
+        let mut grid = Grid::new(trial.camera);
+        let boxes = Boxes::new(&grid, &trial.eight());
+        grid.scale = scale(boxes.upper[0], random);
+        let around = rectangles(trial, random);
+        let depths = Depths::new(&grid, &around, &trial.eight()).to_floats(Bounds::Proven);
+        let p = f32x8::new(STEPS) + f32x8::splat(depths.p[0]);
+        let q = f32x8::splat(depths.q[0]);
+        let terms = Terms::new::<true>(&depths, 0, p, Default::default());
+        let splat = |of: [f32; LANES]| f32x8::splat(of[0]);
+        let FloatDepths {
+            d00,
+            d10,
+            d01,
+            d20,
+            d11,
+            d02,
+            b00,
+            b10,
+            b01,
+            ..
+        } = depths;
+        let d = [d00, d10, d01, d20, d11, d02].map(splat);
+        let (d, b) = in_column(d, [b00, b10, b01].map(splat), p);
+        let bits = |lanes: f32x8| lanes.to_array().map(f32::to_bits);
+        let counted = [d[0], d[1], d[2], b[0], b[1]].map(bits);
+        let evaluated = [terms.d0, terms.d1, terms.d2, terms.b0, terms.b1].map(bits);
+        if counted != evaluated {
+            return Err(format!("{evaluated:x?} instead of {counted:x?}"));
+        }
+        let mut pixels = PixelRow::new(Default::default());
+        pixels.meet::<true, true>(&terms, 0, q);
+        let [d, b] = in_row(d, b, q);
+        let (counted, clear) = (b + d.sqrt(), f32x8::splat(depths.clear[0]));
+        let evaluated: f32x8 = packet(&pixels.upper, 0);
+        let spread = f32x8::splat(depths.clear_spread[0]);
+        let zero = f32x8::splat(0.0);
+        let leads = (counted - spread).simd_gt(zero) & d.simd_gt(clear);
+        let counted = leads.select(counted, evaluated);
+        seen += u64::from(leads.to_bitmask().count_ones());
+        if bits(counted) == bits(evaluated) {
+            Ok(())
+        } else {
+            Err(format!("{evaluated:?} instead of {counted:?}"))
+        }
+    });
+    assert!(seen > 10_000, "only {seen} seen");
 }

@@ -1,0 +1,326 @@
+//! The formulas whose roundings are counted, each written once: the engine evaluates them
+//! in lanes, and the tests of [`bounds`](super::bounds) with a number that records them.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use wide::{f32x8, f64x8};
+
+/// What a formula is evaluated with. A fused operation rounds once, or twice where the
+/// machine has none; no bound depends on which.
+pub(super) trait Number:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// A number that the format holds.
+    fn constant(value: f64) -> Self;
+    /// `self a + b`
+    fn times_plus(self, a: Self, b: Self) -> Self;
+    /// `self a - b`
+    fn times_minus(self, a: Self, b: Self) -> Self;
+    /// `b - self a`
+    fn times_from(self, a: Self, b: Self) -> Self;
+    fn root(self) -> Self;
+
+    /// `self + other` as its rounded sum and the rounding error, exactly (Knuth).
+    #[inline(always)]
+    fn two_sum(self, other: Self) -> (Self, Self) {
+        let sum = self + other;
+        let virtual_other = sum - self;
+        let virtual_self = sum - virtual_other;
+        (sum, (self - virtual_self) + (other - virtual_other))
+    }
+
+    /// As [`two_sum`](Self::two_sum), for `|self| >= |other|` or `self = 0` (Dekker).
+    #[inline(always)]
+    fn fast_two_sum(self, other: Self) -> (Self, Self) {
+        let sum = self + other;
+        (sum, other - (sum - self))
+    }
+
+    /// The upper and the lower half of the digits of a double (Veltkamp), which is below
+    /// `2^996`.
+    #[inline(always)]
+    fn halves(self) -> (Self, Self) {
+        let shifted = Self::constant(134_217_729.0) * self;
+        let high = shifted - (shifted - self);
+        (high, self - high)
+    }
+
+    /// The product of two doubles as its rounded value and the rounding error, exactly
+    /// (Dekker), unless that underflows.
+    #[inline(always)]
+    fn two_product(self, other: Self) -> (Self, Self) {
+        let product = self * other;
+        let ((high, low), (other_high, other_low)) = (self.halves(), other.halves());
+        let rest = high * other_high - product + high * other_low + low * other_high;
+        (product, rest + low * other_low)
+    }
+}
+
+macro_rules! lanes {
+    ($lanes:ty, $lane:ty) => {
+        impl Number for $lanes {
+            #[inline(always)]
+            fn constant(value: f64) -> Self {
+                Self::splat(value as $lane)
+            }
+
+            #[inline(always)]
+            fn times_plus(self, a: Self, b: Self) -> Self {
+                self.mul_add(a, b)
+            }
+
+            #[inline(always)]
+            fn times_minus(self, a: Self, b: Self) -> Self {
+                self.mul_sub(a, b)
+            }
+
+            #[inline(always)]
+            fn times_from(self, a: Self, b: Self) -> Self {
+                self.mul_neg_add(a, b)
+            }
+
+            #[inline(always)]
+            fn root(self) -> Self {
+                self.sqrt()
+            }
+        }
+    };
+}
+
+lanes!(f64x8, f64);
+lanes!(f32x8, f32);
+
+impl Number for f64 {
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn times_plus(self, a: Self, b: Self) -> Self {
+        self * a + b
+    }
+
+    #[inline(always)]
+    fn times_minus(self, a: Self, b: Self) -> Self {
+        self * a - b
+    }
+
+    #[inline(always)]
+    fn times_from(self, a: Self, b: Self) -> Self {
+        b - self * a
+    }
+
+    #[inline(always)]
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+}
+
+/// `(d2 x + d1) x + d0`
+#[inline(always)]
+pub(super) fn quadratic<N: Number>([d0, d1, d2]: [N; 3], x: N) -> N {
+    d2.times_plus(x, d1).times_plus(x, d0)
+}
+
+/// A sphere `(x, y, z)`, `r`, and the ray through the middle of a rectangle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Middle<N> {
+    pub(super) x: N,
+    pub(super) y: N,
+    pub(super) z: N,
+    pub(super) squared_radius: N,
+    pub(super) x0: N,
+    pub(super) y0: N,
+}
+
+/// Products of the steps `dX`, `dY` from pixel to pixel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Steps<N> {
+    pub(super) twice_dx: N,
+    pub(super) twice_dy: N,
+    pub(super) minus_dx_dx: N,
+    pub(super) dy_dy: N,
+    pub(super) twice_dx_dy: N,
+}
+
+impl<N: Number> Steps<N> {
+    #[inline(always)]
+    pub(super) fn new(dx: N, dy: N) -> Self {
+        let two = N::constant(2.0);
+        let twice_dx = two * dx;
+        Self {
+            twice_dx,
+            twice_dy: two * dy,
+            minus_dx_dx: -(dx * dx),
+            dy_dy: dy * dy,
+            twice_dx_dy: twice_dx * dy,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn map<M>(self, of: impl Fn(N) -> M) -> Steps<M> {
+        Steps {
+            twice_dx: of(self.twice_dx),
+            twice_dy: of(self.twice_dy),
+            minus_dx_dx: of(self.minus_dx_dx),
+            dy_dy: of(self.dy_dy),
+            twice_dx_dy: of(self.twice_dx_dy),
+        }
+    }
+}
+
+impl<N: Number> Middle<N> {
+    /// `Cy^2 + Cz^2`, and `k`, which is `r^2` less.
+    #[inline(always)]
+    pub(super) fn k(&self) -> [N; 2] {
+        let yz = self.y.times_plus(self.y, self.z * self.z);
+        [yz, yz - self.squared_radius]
+    }
+
+    /// `N0 = C x V0`
+    #[inline(always)]
+    pub(super) fn normal(&self) -> [N; 3] {
+        let &Self {
+            x, y, z, x0, y0, ..
+        } = self;
+        [
+            z.times_from(y0, y),
+            z.times_minus(x0, x),
+            x.times_minus(y0, y * x0),
+        ]
+    }
+
+    /// `d00`, `d10`, `d01`, `d20`, `d11`, `d02` of [`Depths::new`](super::depths::Depths),
+    /// but for their scale.
+    #[inline(always)]
+    pub(super) fn coefficients(&self, [n_x, n_y, n_z]: [N; 3], k: N, steps: &Steps<N>) -> [N; 6] {
+        let &Self {
+            x,
+            y,
+            z,
+            squared_radius,
+            x0,
+            y0,
+        } = self;
+        let xz = x.times_plus(x, z * z);
+        let a0 = x0.times_plus(x0, y0.times_plus(y0, N::constant(1.0)));
+        let nn = n_x.times_plus(n_x, n_y.times_plus(n_y, n_z * n_z));
+        [
+            squared_radius.times_minus(a0, nn),
+            n_z.times_plus(y, n_y.times_from(z, squared_radius * x0)) * steps.twice_dx,
+            n_x.times_plus(z, n_z.times_from(x, squared_radius * y0)) * steps.twice_dy,
+            k * steps.minus_dx_dx,
+            x * y * steps.twice_dx_dy,
+            (squared_radius - xz) * steps.dy_dy,
+        ]
+    }
+
+    /// `B0 = C.V0`
+    #[inline(always)]
+    pub(super) fn dot(&self) -> N {
+        self.x
+            .times_plus(self.x0, self.y.times_plus(self.y0, self.z))
+    }
+}
+
+/// The scale of inverse depths over `c`, and its square.
+#[inline(always)]
+pub(super) fn over_power<N: Number>(scale: N, c: N) -> [N; 2] {
+    let scale = scale / c;
+    [scale, scale * scale]
+}
+
+/// A sphere `(.., y, z)`, `r`, and the row of `q = 0`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MiddleRow<N> {
+    pub(super) y: N,
+    pub(super) z: N,
+    pub(super) r: N,
+    pub(super) y0: N,
+    /// The step from row to row.
+    pub(super) dy: N,
+}
+
+impl<N: Number> MiddleRow<N> {
+    /// `N0` and `N1`
+    #[inline(always)]
+    pub(super) fn normal(&self) -> [N; 2] {
+        [self.y - self.z * self.y0, self.z * self.dy]
+    }
+
+    /// `e0`, `e1` and `e2` of [`Outline::eight`](super::outline::Outline), `factor` being
+    /// `c h h`.
+    #[inline(always)]
+    pub(super) fn coefficients(&self, [n0, n1]: [N; 2], factor: N) -> [N; 3] {
+        let &Self { z, r, y0, dy, .. } = self;
+        let squared_radius = r * r;
+        let a0 = y0.times_plus(y0, N::constant(1.0));
+        [
+            factor * (squared_radius * a0 - n0 * n0),
+            -(factor * N::constant(2.0)) * (n0 * n1 + squared_radius * (y0 * dy)),
+            factor * (dy * dy) * ((r - z) * (r + z)),
+        ]
+    }
+
+    /// `rising` and `level`: `m = rising q + level`.
+    #[inline(always)]
+    pub(super) fn ahead(&self) -> [N; 2] {
+        [-(self.y * self.dy), self.y.times_plus(self.y0, self.z)]
+    }
+}
+
+/// `h = scale/k`, and `c h h`, in whose order nothing underflows that is multiplied again.
+#[inline(always)]
+pub(super) fn row_factor<N: Number>(scale: N, c: N, k: N) -> [N; 2] {
+    let h = scale / k;
+    [h, c * h * h]
+}
+
+/// `m0` and `m1` of [`Outline::eight`](super::outline::Outline), `lean` being `h Cx`.
+#[inline(always)]
+pub(super) fn row_middle<N: Number>(middle: N, lean: N, [rising, level]: [N; 2]) -> [N; 2] {
+    [middle + lean * level, lean * rising]
+}
+
+/// `q = (Cz - r)(Cz + r)`, its factors and its inverse.
+#[inline(always)]
+pub(super) fn before<N: Number>(z: N, r: N) -> [N; 4] {
+    let (near, far) = (z - r, z + r);
+    let q = near * far;
+    [near, far, q, N::constant(1.0) / q]
+}
+
+/// Where planes through an axis touch a sphere before the camera, in pixels from the middle;
+/// `scale` is pixels per unit over `q`.
+#[inline(always)]
+pub(super) fn touching<N: Number>(centre: N, [z, r, q]: [N; 3], scale: N) -> [N; 2] {
+    let product = centre * z;
+    let root = r * (centre * centre + q).root();
+    [(product - root) * scale, (product + root) * scale]
+}
+
+/// The slope of the plane that touches a sphere beside the camera, with `x = |Cx|` and `w` the
+/// power of the camera in the plane `y = 0`: of `Cz >= 0`, and of `Cz < 0`.
+#[inline(always)]
+pub(super) fn touching_beside<N: Number>([x, z, r]: [N; 3], w: N) -> [N; 2] {
+    let root = r * w.root();
+    [
+        (x - r) * (x + r) / (x * z + root),
+        (x * z - root) / ((z - r) * (z + r)),
+    ]
+}
+
+/// No hit of a sphere before the camera is farther: the inverse depth of the farthest point
+/// that is seen, `|C|^2/(sqrt c (sqrt c Cz + r |(Cx, Cy)|))`.
+#[inline(always)]
+pub(super) fn farthest<N: Number>([x, y, z, r]: [N; 4], yz: N, c: N) -> N {
+    let across = (x * x + y * y).root();
+    let c_root = c.root();
+    (x * x + yz) / (c_root * (c_root * z + r * across))
+}
