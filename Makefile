@@ -1,6 +1,6 @@
 # Everything a person or CI runs by name. `make` alone lists it.
 
-.PHONY: help build run test checked fuzz sanitize deny bench chart growth families peers peers-install splat check cluster-test everywhere
+.PHONY: help build run test checked fuzz sanitize proof deny bench chart growth families peers peers-install splat check cluster-test everywhere
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -53,6 +53,22 @@ sanitize:
 	RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=address -C target-cpu=native" \
 	    cargo test --target x86_64-unknown-linux-gnu --target-dir target/address \
 	    --lib --test bit_identity --test cli --test hostile
+
+## proof   error bounds checked by Gappa, Debian's package gappa; scripts to target/proof, written from the formulas that run
+# Those in target/proof/refused claim half of a bound. A warning means a step that Gappa
+# was told and could not check.
+proof:
+	@gappa --version || { echo "gappa is missing: apt-get install gappa"; exit 1; }
+	rm -rf target/proof
+	cargo test --lib -- --ignored bounds::gappa::write_the_scripts
+	@for script in target/proof/*.g; do \
+	    { gappa $$script 2>&1 || echo refused; } | grep -v "renaming identifier" > target/proof/said; \
+	    ! test -s target/proof/said || { echo "$$script:"; cat target/proof/said; exit 1; }; \
+	done
+	@for script in target/proof/refused/*.g; do \
+	    ! gappa $$script > target/proof/said 2>&1 || { echo "$$script is half of a bound and was accepted"; exit 1; }; \
+	done
+	@echo "make proof: $$(ls target/proof/*.g | wc -l) bounds proven, $$(ls target/proof/refused/*.g | wc -l) halves refused"
 
 ## deny    licences, sources, duplicates and known faults of everything sfera depends on
 deny:

@@ -9,6 +9,8 @@
 //! sum round twice; the tables count twice.
 
 #[cfg(test)]
+mod gappa;
+#[cfg(test)]
 pub(super) mod restated;
 #[cfg(test)]
 mod tests;
@@ -36,6 +38,34 @@ pub(super) const U32: f64 = f32::EPSILON as f64 / 2.0;
 /// J.-M. Muller, J. Picot, L. Rideau, Accurate Calculation of Euclidean Norms Using
 /// Double-Word Arithmetic, ACM TOMS 49, 2023.
 pub(super) const U_DOUBLE_DOUBLE: f64 = 16.0 * U * U;
+
+/// What is added to a double so that it is above as a float, of itself.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | to a float | 1 | 1 |
+/// | the factor, the sum: two of doubles | 2^-28 | 1 |
+/// | to spare | 2 | 3 |
+pub(super) const TO_FLOAT: f64 = 3.0 * U32;
+
+/// `|V|` at a corner of the picture, and half of its sides.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | half of a side | 1 | 1 |
+/// | its square, two sums, the root of all | 4 | 5 |
+/// | to spare | 3 | 8 |
+pub(super) const REACH_BOUND: f64 = 8.0 * U;
+
+/// Inverse depths of a sphere beside the camera.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | the squares, exact, two sums, the root | 3 | 3 |
+/// | the sum with `r`, the product with the reach | 2 | 5 |
+/// | `c` 7, the quotient, the factor | 9 | 14 |
+/// | to spare | 18 | 32 |
+pub(super) const BESIDE_BOUND: f64 = 32.0 * U;
 
 // Boxes: theorem 1.
 

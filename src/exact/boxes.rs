@@ -4,7 +4,7 @@
 use wide::f64x8;
 
 use super::{
-    bounds::{BOX_BOUND, U},
+    bounds::{BESIDE_BOUND, BOX_BOUND},
     grid::{EightSpheres, Grid, float_above, splat},
     kernels::{before, touching, touching_beside},
     set_bits,
@@ -162,6 +162,6 @@ fn ends_beside(sphere: &Sphere, across: f32, scale: f64, side: u32) -> Option<(u
 fn upper_beside(grid: &Grid, sphere: &Sphere) -> f32 {
     let [x, y, z] = sphere.centre.map(f64::from);
     let sum = (x * x + y * y + z * z).sqrt() + f64::from(sphere.radius);
-    let upper = grid.reach * sum / power_of_camera(sphere).abs() * (1.0 + 32.0 * U);
+    let upper = grid.reach * sum / power_of_camera(sphere).abs() * (1.0 + BESIDE_BOUND);
     float_above(upper * grid.scale)
 }

@@ -8,7 +8,7 @@
 
 use wide::f64x8;
 
-use super::bounds::{U, U32};
+use super::bounds::{REACH_BOUND, TO_FLOAT};
 use crate::{
     camera::Camera,
     spheres::{LANES, Sphere},
@@ -46,7 +46,7 @@ fn scale_and_step(side: u32, extent: f64) -> (f64, f64) {
 impl Grid {
     /// With a scale of 1.
     pub(super) fn new(camera: Camera) -> Self {
-        const UP: f64 = 1.0 + 8.0 * U;
+        const UP: f64 = 1.0 + REACH_BOUND;
         let (width, height) = (camera.size().width(), camera.size().height());
         let (x_scale, x_step) = scale_and_step(width, camera.x_extent());
         let (y_scale, y_step) = scale_and_step(height, camera.y_extent());
@@ -138,11 +138,11 @@ pub(super) fn splat(value: f64) -> f64x8 {
 /// by `2^-24` of it, or by `2^-150`. What is negative stays so.
 #[inline]
 pub(super) fn float_above(value: f64) -> f32 {
-    (value * (1.0 + 3.0 * U32) + f64::from(f32::from_bits(1))) as f32
+    (value * (1.0 + TO_FLOAT) + f64::from(f32::from_bits(1))) as f32
 }
 
 /// As [`float_above`], below, and not below 0.
 #[inline]
 pub(super) fn float_below(value: f64) -> f32 {
-    ((value * (1.0 - 3.0 * U32) - f64::from(f32::from_bits(1))) as f32).max(0.0)
+    ((value * (1.0 - TO_FLOAT) - f64::from(f32::from_bits(1))) as f32).max(0.0)
 }

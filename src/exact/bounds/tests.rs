@@ -72,7 +72,7 @@ fn ends_of_boxes() {
 }
 
 /// Floats of the scene; coordinates of a ray, 3 roundings each.
-fn middle() -> Middle<Traced> {
+pub(super) fn middle() -> Middle<Traced> {
     let r = Traced::float("r");
     Middle {
         x: Traced::float("Cx"),
@@ -84,7 +84,7 @@ fn middle() -> Middle<Traced> {
     }
 }
 
-fn middle_row() -> MiddleRow<Traced> {
+pub(super) fn middle_row() -> MiddleRow<Traced> {
     MiddleRow {
         y: Traced::float("Cy"),
         z: Traced::float("Cz"),
@@ -183,7 +183,7 @@ fn rows_in_floats() {
 }
 
 /// A camera whose coordinates of a ray round twice, and spheres about its rays.
-fn sights_of(sphere: [f32; 4]) -> Sights<Traced> {
+pub(super) fn sights_of(sphere: [f32; 4]) -> Sights<Traced> {
     let viewport = Viewport {
         width: 1.7,
         height: 1.3,
@@ -196,25 +196,23 @@ fn sights_of(sphere: [f32; 4]) -> Sights<Traced> {
 }
 
 /// The numbers on the way to the lower bound of a sphere that is seen from outside.
-struct OnTheWay {
-    lower: Traced,
+pub(super) struct OnTheWay {
+    pub(super) lower: Traced,
     b: Traced,
     b_bound: Traced,
     d: Traced,
-    d_bound: Traced,
-    squared_radius: Traced,
-    squared_cross: Traced,
-    normal: [Traced; 3],
+    pub(super) squared_radius: Traced,
+    pub(super) squared_cross: Traced,
+    pub(super) normal: [Traced; 3],
 }
 
 impl OnTheWay {
-    fn find() -> Self {
+    pub(super) fn find() -> Self {
         let lower = sights_of([0.3, 0.2, 3.1, 0.7]).lower;
         let [quotient, _] = lower.operands();
         let [sum, _] = quotient.operands();
-        let [b_lower, root] = sum.operands();
-        let [b, b_bound] = b_lower.operands();
-        let [d, d_bound] = root.square().operands();
+        let bounds = Self::bounds_of(sum.operands());
+        let [b, b_bound, d, _] = [0, 1, 2, 3].map(|at: usize| bounds[at].0);
         let [squared_radius, squared_cross] = d.operands();
         let [two, z] = squared_cross.operands();
         let [one, y] = two.operands();
@@ -226,11 +224,27 @@ impl OnTheWay {
             b,
             b_bound,
             d,
-            d_bound,
             squared_radius,
             squared_cross,
             normal,
         }
+    }
+
+    /// `b`, `d` and their bounds, of the bound of `b` and of the root that a quotient sums.
+    pub(super) fn bounds_of([b_end, root]: [Traced; 2]) -> Vec<(Traced, &'static str, u32)> {
+        let [b, b_bound] = b_end.operands();
+        let [d, d_bound] = root.square().operands();
+        vec![
+            (b, "b", 0),
+            (b_bound, "b_bound", 0),
+            (d, "d", 0),
+            (d_bound, "d_bound", 0),
+        ]
+    }
+
+    pub(super) fn bounds(&self) -> Vec<(Traced, &'static str, u32)> {
+        let [quotient, _] = self.lower.operands();
+        Self::bounds_of(quotient.operands()[0].operands())
     }
 }
 
@@ -252,13 +266,7 @@ fn sights() {
     counted("SIGHT_SQUARED_CROSS", SIGHT_SQUARED_CROSS, cross, 0);
     assert_eq!(greatest(&[way.d], &normal), radius.max(cross));
     // From the bounds of b and d on: (b - b_bound + sqrt(d - d_bound))/c and its own share.
-    let given = [
-        (way.b, "b", 0),
-        (way.b_bound, "b bound", 0),
-        (way.d, "d", 0),
-        (way.d_bound, "d bound", 0),
-    ];
-    let derived = greatest(&[way.lower], &given);
+    let derived = greatest(&[way.lower], &way.bounds());
     counted("SIGHT_QUOTIENT", SIGHT_QUOTIENT, derived, 7);
 }
 
