@@ -1,7 +1,7 @@
 //! The engine: what its stages, its bounds and its tiles cost. Answers are checked
 //! before anything is timed.
 
-use std::{path::Path, time::Duration};
+use std::time::Duration;
 
 use criterion::{
     BenchmarkGroup, Criterion, criterion_group, criterion_main, measurement::WallTime,
@@ -9,14 +9,18 @@ use criterion::{
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use sfera::{
     camera::ImageSize,
-    families::{FAMILIES, cloud},
-    render::{Bounds, Form, Method, Renderer, Tuning},
+    render::{Method, Renderer, differing_pixels},
     scene::Scene,
+    testing::{
+        Bounds, Tuning,
+        families::{FAMILIES, cloud},
+        tuned,
+    },
 };
 
 fn scenes() -> Vec<(&'static str, Scene)> {
-    let example = Scene::read(Path::new("scenes/example.txt")).expect("the example");
-    let lattice = FAMILIES.into_iter().find(|family| family.name == "lattice");
+    let example = Scene::read("scenes/example.txt").expect("the example");
+    let lattice = FAMILIES.iter().find(|family| family.name == "lattice");
     let lattice = lattice.expect("a family of this name");
     vec![
         ("example", example),
@@ -37,12 +41,12 @@ fn one_thread() -> ThreadPool {
 }
 
 fn renderer(scene: &Scene, tuning: Tuning) -> Renderer<'_> {
-    Renderer::tuned(scene, size(), Method::Exact, Form::Packets, tuning)
+    tuned(scene, size(), Method::Exact, tuning)
 }
 
 fn drawn(scene: &Scene, tuning: Tuning) -> Vec<u8> {
     let mut pixels = vec![0; size().pixel_bytes()];
-    renderer(scene, tuning).draw(0..size().height(), &mut pixels, &|_| ());
+    renderer(scene, tuning).draw(0..size().height(), &mut pixels);
     pixels
 }
 
@@ -67,9 +71,7 @@ fn stages(criterion: &mut Criterion) {
         group.bench_function("whole", |bencher| {
             bencher.iter(|| {
                 let rows = 0..size().height();
-                pool.install(|| {
-                    renderer(&scene, Tuning::default()).draw(rows, &mut pixels, &|_| ())
-                })
+                pool.install(|| renderer(&scene, Tuning::default()).draw(rows, &mut pixels))
             });
         });
         group.bench_function("fill", |bencher| bencher.iter(|| pixels.fill(7)));
@@ -110,21 +112,21 @@ fn compare<T: Copy + std::fmt::Debug>(
         for &choice in choices {
             let tuning = tuning(choice);
             let mut pixels = drawn(&scene, tuning);
-            let wrong = pixels.iter().zip(&right).filter(|(a, b)| a != b).count();
+            let wrong = differing_pixels(&pixels, &right);
             // Without bounds a pixel in some thousands may be wrong; with them, none.
             let allowed = if tuning.bounds == Bounds::Ignored {
-                right.len() / 1000
+                size().pixels() / 1000
             } else {
                 0
             };
             assert!(
                 wrong <= allowed,
-                "{wrong} bytes wrong: {choice:?} on {scene_name}"
+                "{wrong} pixels wrong: {choice:?} on {scene_name}"
             );
             group.bench_function(format!("{choice:?}"), |bencher| {
                 bencher.iter(|| {
                     let rows = 0..size().height();
-                    pool.install(|| renderer(&scene, tuning).draw(rows, &mut pixels, &|_| ()))
+                    pool.install(|| renderer(&scene, tuning).draw(rows, &mut pixels))
                 });
             });
         }

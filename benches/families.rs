@@ -3,7 +3,7 @@
 
 use std::{error::Error, fs, path::PathBuf};
 
-use sfera::families::{FAMILIES, Family};
+use sfera::testing::families::{FAMILIES, Family};
 
 const SEEDS: u64 = 8;
 

@@ -19,8 +19,9 @@ use rayon::prelude::*;
 use sfera::{
     camera::ImageSize,
     ppm,
-    render::{Bounds, Form, Method, Renderer, Tuning},
+    render::Method,
     scene::Scene,
+    testing::{Bounds, Tuning, tuned},
 };
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
@@ -96,7 +97,7 @@ fn main() -> Result<(), Failure> {
             ignore_bounds,
             image,
         } => {
-            let method = chosen(method.as_deref())?;
+            let method = method.map_or(Ok(Method::default()), |name| name.parse())?;
             let bounds = if ignore_bounds {
                 Bounds::Ignored
             } else {
@@ -141,16 +142,6 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-fn chosen(method: Option<&str>) -> Result<Method, Failure> {
-    Ok(match method {
-        None => Method::default(),
-        Some("textbook") => Method::Textbook,
-        Some("geometric") => Method::Geometric,
-        Some("double") => Method::Double,
-        Some(other) => return Err(format!("no such method: {other}").into()),
-    })
-}
-
 fn pool(threads: usize) -> Result<rayon::ThreadPool, Failure> {
     Ok(rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -183,9 +174,9 @@ fn draw(
         let filled = milliseconds(start);
 
         let start = Instant::now();
-        let renderer = Renderer::tuned(scene, size, method, Form::Packets, tuning);
+        let renderer = tuned(scene, size, method, tuning);
         let prepared = milliseconds(start);
-        renderer.draw(0..size.height(), pixels, &|_| ());
+        renderer.draw(0..size.height(), pixels);
         black_box(&mut *pixels);
         let drawn = milliseconds(start);
         if run > 0 {

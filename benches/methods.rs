@@ -1,21 +1,22 @@
 //! Every method in both forms, on one thread and on two: a few large spheres,
 //! and many small ones. Answers are checked before anything is timed.
 
-use std::{path::Path, time::Duration};
+use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rayon::ThreadPoolBuilder;
 use sfera::{
     camera::ImageSize,
-    families::cloud,
     render::{Form, Method, Renderer},
     scene::Scene,
+    testing::families::cloud,
 };
 
-const FLOAT_METHODS: [Method; 3] = [Method::Textbook, Method::Geometric, Method::Double];
+const FLOAT_METHODS: [fn(Form) -> Method; 3] =
+    [Method::Textbook, Method::Geometric, Method::Double];
 
 fn methods(criterion: &mut Criterion) {
-    let example = Scene::read(Path::new("scenes/example.txt")).expect("the example");
+    let example = Scene::read("scenes/example.txt").expect("the example");
     let full = ImageSize::new(1920, 1080).expect("a size with pixels");
     compare(criterion, "example", &example, full);
     let quarter = ImageSize::new(480, 270).expect("a size with pixels");
@@ -24,16 +25,17 @@ fn methods(criterion: &mut Criterion) {
 
 fn compare(criterion: &mut Criterion, name: &str, scene: &Scene, size: ImageSize) {
     for method in FLOAT_METHODS {
+        let name_of_method = method(Form::Scalar);
         let mut scalar = vec![0; size.pixel_bytes()];
         let mut packets = vec![0; size.pixel_bytes()];
-        draw(scene, size, method, Form::Scalar, &mut scalar);
-        draw(scene, size, method, Form::Packets, &mut packets);
+        draw(scene, size, method(Form::Scalar), &mut scalar);
+        draw(scene, size, method(Form::Packets), &mut packets);
         assert!(
             scalar == packets,
-            "{method:?} packets differ from scalar on {name}"
+            "{name_of_method} packets differ from scalar on {name}"
         );
     }
-    let both_forms = |method| [Form::Scalar, Form::Packets].map(|form| (method, form));
+    let both_forms = |method: fn(Form) -> Method| [Form::Scalar, Form::Packets].map(method);
     let contenders = FLOAT_METHODS.into_iter().flat_map(both_forms);
     for threads in [1, 2] {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build();
@@ -44,15 +46,12 @@ fn compare(criterion: &mut Criterion, name: &str, scene: &Scene, size: ImageSize
             .sample_size(10)
             .measurement_time(Duration::from_secs(3));
         let mut pixels = vec![0; size.pixel_bytes()];
-        for (method, form) in contenders.clone().chain([(Method::Exact, Form::Packets)]) {
-            let method_name = format!("{method:?}").to_lowercase();
-            let form_name = match (method, form) {
-                (Method::Exact, _) => "engine",
-                (_, Form::Scalar) => "scalar",
-                (_, Form::Packets) => "packets",
-            };
-            group.bench_function(BenchmarkId::new(method_name, form_name), |bencher| {
-                bencher.iter(|| pool.install(|| draw(scene, size, method, form, &mut pixels)));
+        for method in contenders.clone().chain([Method::Exact]) {
+            let form = method
+                .form()
+                .map_or_else(|| "engine".to_owned(), |form| form.to_string());
+            group.bench_function(BenchmarkId::new(method.to_string(), form), |bencher| {
+                bencher.iter(|| pool.install(|| draw(scene, size, method, &mut pixels)));
             });
         }
         group.finish();
@@ -60,8 +59,8 @@ fn compare(criterion: &mut Criterion, name: &str, scene: &Scene, size: ImageSize
 }
 
 /// Preparation included: it is part of a frame.
-fn draw(scene: &Scene, size: ImageSize, method: Method, form: Form, pixels: &mut [u8]) {
-    Renderer::new(scene, size, method, form).draw(0..size.height(), pixels, &|_| ());
+fn draw(scene: &Scene, size: ImageSize, method: Method, pixels: &mut [u8]) {
+    Renderer::new(scene, size, method).draw(0..size.height(), pixels);
 }
 
 criterion_group!(benches, methods);

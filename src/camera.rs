@@ -12,12 +12,14 @@
 //! +y is up: row 0 looks through the upper edge. Positions come from the pixel
 //! index, never by stepping, so bands and tiles need not know one another.
 
+use std::fmt;
+
 use wide::{f32x8, f64x4};
 
 use crate::{scene::Viewport, spheres::LANES};
 
 /// Lanes of a packet of doubles: half a packet of floats.
-pub const DOUBLE_LANES: usize = 4;
+pub(crate) const DOUBLE_LANES: usize = 4;
 
 /// Bytes of a pixel: red, green, blue.
 pub const BYTES_PER_PIXEL: usize = 3;
@@ -51,7 +53,16 @@ pub enum SizeError {
     },
 }
 
+/// Width x height, as in `1920 x 1080`.
+impl fmt::Display for ImageSize {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} x {}", self.width, self.height)
+    }
+}
+
 impl ImageSize {
+    /// The size of an image of `width` columns and `height` rows.
+    ///
     /// # Errors
     ///
     /// If a side is zero, or header and pixels together pass `isize::MAX` bytes.
@@ -105,27 +116,23 @@ impl ImageSize {
 pub struct Camera {
     viewport: Viewport,
     size: ImageSize,
-    /// The viewport times a power of two that brings its largest component into
-    /// [1, 2): the same direction, and its square neither overflows nor vanishes.
-    unit_viewport: Viewport,
+    /// Width, height and distance of the viewport times a power of two that brings the
+    /// largest of them into [1, 2): the same direction, and its square neither overflows
+    /// nor vanishes.
+    unit_viewport: [f32; 3],
 }
 
 impl Camera {
     /// The camera that sees `viewport` as an image of `size`.
     #[must_use]
     pub fn new(viewport: Viewport, size: ImageSize) -> Self {
-        let largest = viewport.width.max(viewport.height).max(viewport.distance);
+        let lengths = [viewport.width, viewport.height, viewport.distance];
+        let largest = lengths.into_iter().fold(0.0, f32::max);
         let scale = exp2(-exponent(f64::from(largest)));
-        let scaled = |component: f32| (f64::from(component) * scale) as f32;
-        let unit_viewport = Viewport {
-            width: scaled(viewport.width),
-            height: scaled(viewport.height),
-            distance: scaled(viewport.distance),
-        };
         Self {
             viewport,
             size,
-            unit_viewport,
+            unit_viewport: lengths.map(|length| (f64::from(length) * scale) as f32),
         }
     }
 
@@ -189,8 +196,7 @@ impl Camera {
 
     /// `x` of columns `first..first + 4` in doubles, lane by lane
     /// [`x_double`](Self::x_double).
-    #[must_use]
-    pub fn x_doubles(&self, first: u32) -> f64x4 {
+    pub(crate) fn x_doubles(&self, first: u32) -> f64x4 {
         f64x4::new(std::array::from_fn(|lane| {
             self.x_double(first.saturating_add(lane as u32))
         }))
@@ -199,13 +205,11 @@ impl Camera {
     // f64, of the viewport moved to distance 1: the engine's form.
 
     /// Width of the viewport at distance 1, within one rounding.
-    #[must_use]
     pub(crate) fn x_extent(&self) -> f64 {
         f64::from(self.viewport.width) / f64::from(self.viewport.distance)
     }
 
     /// Height of the viewport at distance 1, within one rounding.
-    #[must_use]
     pub(crate) fn y_extent(&self) -> f64 {
         f64::from(self.viewport.height) / f64::from(self.viewport.distance)
     }
@@ -221,7 +225,7 @@ impl Camera {
         } else {
             column as f32 / last as f32
         };
-        self.unit_viewport.width * (fraction - 0.5)
+        self.unit_viewport[0] * (fraction - 0.5)
     }
 
     /// `y` of a row in floats, of the unit viewport.
@@ -233,19 +237,18 @@ impl Camera {
         } else {
             row as f32 / last as f32
         };
-        self.unit_viewport.height * (0.5 - fraction)
+        self.unit_viewport[1] * (0.5 - fraction)
     }
 
     /// `z` of every ray in floats, of the unit viewport.
     #[must_use]
     pub fn z_float(&self) -> f32 {
-        self.unit_viewport.distance
+        self.unit_viewport[2]
     }
 
     /// `x` of columns `first..first + 8` in floats, lane by lane
     /// [`x_float`](Self::x_float).
-    #[must_use]
-    pub fn x_floats(&self, first: u32) -> f32x8 {
+    pub(crate) fn x_floats(&self, first: u32) -> f32x8 {
         let last = self.size.width - 1;
         if last == 0 {
             return f32x8::ZERO;
@@ -253,7 +256,7 @@ impl Camera {
         let column: [f32; LANES] =
             std::array::from_fn(|lane| first.saturating_add(lane as u32) as f32);
         let fraction = f32x8::new(column) / f32x8::splat(last as f32);
-        f32x8::splat(self.unit_viewport.width) * (fraction - f32x8::splat(0.5))
+        f32x8::splat(self.unit_viewport[0]) * (fraction - f32x8::splat(0.5))
     }
 }
 

@@ -1,41 +1,90 @@
 //! **sfera** renders scenes of flat-coloured spheres: every pixel provably right, in
 //! about the time that the fastest inexact rasteriser takes.
 //!
-//! # Calling it
+//! # The first picture
 //!
-//! A [`scene::Scene`] is read from a file or parsed from text; a
+//! ```
+//! use sfera::{camera::ImageSize, scene::Scene};
+//!
+//! let scene = Scene::read("scenes/example.txt")?;
+//! let size = ImageSize::new(192, 108)?;
+//! let pixels = scene.render(size);
+//! assert_eq!(pixels.len(), 192 * 108 * 3);
+//! assert_eq!(pixels[..3], [255, 255, 255]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # A scene of one's own, part by part
+//!
+//! A [`scene::Scene`] is read from a file, parsed from text, or made of spheres; a
 //! [`render::Renderer`] draws any rows of it into any buffer, on rayon's threads:
 //! the default ones, or those of a pool that `draw` is called in.
 //!
 //! ```
 //! use sfera::{
 //!     camera::ImageSize,
-//!     render::{Form, Method, Renderer},
-//!     scene::Scene,
+//!     render::{Form, Method, Renderer, differing_pixels},
+//!     scene::{Scene, Viewport},
+//!     spheres::Sphere,
 //! };
 //!
-//! let scene = Scene::parse(b"VP 1 1 1  BG 255 255 255  OBJ_N 1  S 0 0 5 1 200 0 0")?;
+//! let viewport = Viewport::new(1.0, 1.0, 1.0)?;
+//! let ball = Sphere::new([0.0, 0.0, 5.0], 1.0, [200, 0, 0])?;
+//! let scene = Scene::new(viewport, [255; 3], [ball])?;
 //! let size = ImageSize::new(64, 48)?;
-//! let renderer = Renderer::new(&scene, size, Method::Exact, Form::default());
-//!
-//! let mut pixels = vec![0; size.pixel_bytes()];
-//! renderer.draw(0..size.height(), &mut pixels, &|_rows_done| ());
-//! let centre = 24 * size.row_bytes() + 32 * 3;
-//! assert_eq!(pixels[centre..centre + 3], [200, 0, 0]);
+//! let pixels = scene.render(size);
 //!
 //! // Some rows, on threads of one's own.
+//! let renderer = Renderer::new(&scene, size, Method::Exact);
 //! let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build()?;
 //! let mut half = vec![0; 24 * size.row_bytes()];
-//! pool.install(|| renderer.draw(24..48, &mut half, &|_| ()));
+//! pool.install(|| renderer.draw(24..48, &mut half));
 //! assert_eq!(half, pixels[24 * size.row_bytes()..]);
+//!
+//! // As most programs compute it.
+//! let textbook = Renderer::new(&scene, size, Method::Textbook(Form::Packets));
+//! let mut inexact = vec![0; size.pixel_bytes()];
+//! textbook.draw(0..48, &mut inexact);
+//! assert_eq!(differing_pixels(&inexact, &pixels), 0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Image files are made by [`ppm::MappedImage`] (whole, in one step),
-//! [`ppm::SharedImage`] (in place, some rows) and [`ppm::write_image`] (a stream).
-//! The crates that only the program needs belong to the feature `program`, which is
-//! on by default. Nothing here is global: no state, no thread pool, no signal
-//! handler that was not asked for.
+//! # Image files
+//!
+//! [`ppm::MappedImage`] makes a file that appears whole, in one step,
+//! [`ppm::SharedImage`] draws some rows of a file in place, and [`ppm::write_image`]
+//! writes to a stream.
+//!
+//! ```
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("example.ppm");
+//! use sfera::{
+//!     camera::ImageSize,
+//!     ppm::MappedImage,
+//!     render::{Method, Renderer},
+//!     scene::Scene,
+//! };
+//!
+//! let scene = Scene::read("scenes/example.txt")?;
+//! let size = ImageSize::new(192, 108)?;
+//! let renderer = Renderer::new(&scene, size, Method::Exact);
+//! let mut image = MappedImage::create(&path, size)?;
+//! image.draw(|rows, pixels| {
+//!     renderer.draw(rows, pixels);
+//! })?;
+//! image.publish()?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # What a dependent should know
+//!
+//! - **Speed needs `target-cpu`.** The packets are as wide as the CPU that the *dependent's*
+//!   build names; the settings of this repository do not reach it. Without
+//!   `RUSTFLAGS="-C target-cpu=native"`, or `x86-64-v3` for a program that travels, pictures
+//!   are the same bytes and take longer.
+//! - The crates that only the program needs belong to the feature `program`, which is on by
+//!   default: depend on sfera with `default-features = false`.
+//! - Nothing here is global: no state, no thread pool, no signal handler.
 //!
 //! # The way through the code
 //!
@@ -52,17 +101,20 @@
 //! | spheres | [`spheres`] | the structure of arrays, file order, padded to whole packets |
 //! | text -> scene | [`scene`] | reads the text; a refusal names line and column |
 //! | pixel -> ray | [`camera`] | the one rule, every form of it side by side |
+//! | pixel -> colour, defined | [`reference`](mod@reference) | what the picture means, one pixel at a time in integers |
+//! | pixel -> why wrong | [`nearness`] | how near a pixel is to showing something else |
 //! | ray -> colour, in float | [`methods`] | `textbook`, `geometric`, `double`: brute force, scalar and packets |
 //! | ray -> colour, proven | [`exact`] | boxes, bins, coverage masks, packets, decisions |
 //! | colours -> file | [`ppm`] | reserve, map, publish; the library's only `unsafe`, the mapping |
 //! | all of it | [`mod@render`] | bands of rows -> pixels -> bytes |
+//! | | `testing` | for this crate's tests and benches alone: families of hard scenes, random numbers, the engine's knobs |
 //!
 //! Why no pixel is wrong is proven stage by stage in [`exact::proof`].
 //!
-//! Beside these stand [`reference`](mod@reference): what the picture means,
-//! one pixel at a time in integers; [`nearness`]: how near a pixel is to showing
-//! something else; and [`families`]: scenes that grow harder by one knob. Tests,
-//! benches, `--method reference` and `--verify` use them; nothing else does.
+//! The program stands on all of it, in `src/cli`. There is more `unsafe` in it: the handler of
+//! signals, which removes a temporary file and, where a mapped page is lost (another process
+//! shortened the file), says so and ends the program; and the allocator that says that memory
+//! is short. `src/cli/mod.rs` has the table of its modules.
 //!
 //! # Security
 //!
@@ -127,8 +179,6 @@ pub mod camera;
 
 pub mod reference;
 
-pub mod families;
-
 pub mod nearness;
 
 pub mod methods;
@@ -138,3 +188,6 @@ pub mod exact;
 pub mod ppm;
 
 pub mod render;
+
+#[doc(hidden)]
+pub mod testing;

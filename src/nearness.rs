@@ -227,12 +227,9 @@ impl<'scene> Judge<'scene> {
             .map(|&index| self.scene.spheres.get(index))
             .collect();
         let few = Scene {
+            viewport: self.scene.viewport,
+            background: self.scene.background,
             spheres,
-            ..Scene {
-                viewport: self.scene.viewport,
-                background: self.scene.background,
-                spheres: Spheres::default(),
-            }
         };
         Reference::new(&few, self.camera.size())
     }
@@ -413,7 +410,7 @@ fn cross([ax, ay, az]: [f64; 3], [bx, by, bz]: [f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::families::cloud;
+    use crate::testing::families::cloud;
 
     const WHITE: Rgb = [255; 3];
     const RED: Rgb = [200, 0, 0];

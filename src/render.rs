@@ -1,14 +1,14 @@
 //! The driver: bands of rows -> pixels -> bytes.
 
-use std::{fmt, ops::Range};
+use std::{fmt, ops::Range, str::FromStr};
 
 use rayon::prelude::*;
 use wide::f32x8;
 
-pub use crate::exact::{Bounds, Counts, Tuning};
+pub use crate::exact::Counts;
 use crate::{
     camera::{BYTES_PER_PIXEL, Camera, ImageSize},
-    exact::{Engine, Scratch},
+    exact::{Engine, Scratch, tuning::Tuning},
     methods::{NONE, Seen, double, geometric, textbook},
     reference::Reference,
     scene::Scene,
@@ -16,33 +16,29 @@ use crate::{
 };
 
 /// How the colour of a pixel is computed.
+///
+/// Read from a name, a float method has the form [`Form::Packets`].
+///
+/// ```
+/// use sfera::render::{Form, Method};
+///
+/// assert_eq!("textbook".parse(), Ok(Method::Textbook(Form::Packets)));
+/// assert_eq!(Method::Textbook(Form::Scalar).to_string(), "textbook");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum Method {
     /// f32, the formula as taught.
-    Textbook,
+    Textbook(Form),
     /// f32, the stable form.
-    Geometric,
+    Geometric(Form),
     /// f64, the formula as taught.
-    Double,
+    Double(Form),
     /// The engine: every pixel proven right.
     #[default]
     Exact,
     /// The meaning of the picture in integers, one pixel at a time: slow.
     Reference,
-}
-
-/// The name that `--method` knows it by.
-impl fmt::Display for Method {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Textbook => "textbook",
-            Self::Geometric => "geometric",
-            Self::Double => "double",
-            Self::Exact => "exact",
-            Self::Reference => "reference",
-        })
-    }
 }
 
 /// How a float method runs through the pixels; the bytes are the same.
@@ -53,6 +49,95 @@ pub enum Form {
     /// 8 pixels of a row at a time (4 in doubles).
     #[default]
     Packets,
+}
+
+impl Method {
+    /// The form of a float method.
+    #[must_use]
+    pub fn form(self) -> Option<Form> {
+        match self {
+            Self::Textbook(form) | Self::Geometric(form) | Self::Double(form) => Some(form),
+            Self::Exact | Self::Reference => None,
+        }
+    }
+}
+
+/// The name that `--method` knows it by.
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Textbook(_) => "textbook",
+            Self::Geometric(_) => "geometric",
+            Self::Double(_) => "double",
+            Self::Exact => "exact",
+            Self::Reference => "reference",
+        })
+    }
+}
+
+impl fmt::Display for Form {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Scalar => "scalar",
+            Self::Packets => "packets",
+        })
+    }
+}
+
+/// A name that no method has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no method is called {0:?}; there are textbook, geometric, double, exact and reference")]
+pub struct UnknownMethod(String);
+
+impl FromStr for Method {
+    type Err = UnknownMethod;
+
+    fn from_str(name: &str) -> Result<Self, UnknownMethod> {
+        let form = Form::default();
+        [
+            Self::Textbook(form),
+            Self::Geometric(form),
+            Self::Double(form),
+            Self::Exact,
+            Self::Reference,
+        ]
+        .into_iter()
+        .find(|method| method.to_string() == name)
+        .ok_or_else(|| UnknownMethod(name.to_owned()))
+    }
+}
+
+impl Scene {
+    /// The exact picture of the scene, on the current rayon thread pool: 3 bytes a pixel,
+    /// red, green and blue, rows from the top, pixels from the left.
+    ///
+    /// ```
+    /// use sfera::{camera::ImageSize, scene::Scene};
+    ///
+    /// let scene: Scene = "VP 1 1 1  BG 255 255 255  OBJ_N 1  S 0 0 5 1 200 0 0".parse()?;
+    /// let pixels = scene.render(ImageSize::new(3, 1)?);
+    /// assert_eq!(pixels, [255, 255, 255, 200, 0, 0, 255, 255, 255]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn render(&self, size: ImageSize) -> Vec<u8> {
+        let mut pixels = vec![0; size.pixel_bytes()];
+        Renderer::new(self, size, Method::Exact).draw(0..size.height(), &mut pixels);
+        pixels
+    }
+}
+
+/// How many pixels differ in the bytes of two pictures, or of the same rows of them. What
+/// one of them has beyond the other is not counted.
+///
+/// ```
+/// assert_eq!(sfera::render::differing_pixels(&[1, 2, 3, 4, 5, 6], &[1, 2, 3, 0, 0, 0]), 1);
+/// ```
+#[must_use]
+pub fn differing_pixels(one: &[u8], other: &[u8]) -> u64 {
+    let (one, _) = one.as_chunks::<BYTES_PER_PIXEL>();
+    let (other, _) = other.as_chunks::<BYTES_PER_PIXEL>();
+    one.iter().zip(other).filter(|(a, b)| a != b).count() as u64
 }
 
 /// A scene ready to be drawn at one size by one method.
@@ -74,28 +159,24 @@ enum Painter<'scene> {
 }
 
 impl<'scene> Renderer<'scene> {
-    /// Prepares what the method needs to know before the first pixel. `form` is
-    /// for the float methods; the others have one.
+    /// Prepares what the method needs to know before the first pixel.
     #[must_use]
-    pub fn new(scene: &'scene Scene, size: ImageSize, method: Method, form: Form) -> Self {
-        Self::tuned(scene, size, method, form, Tuning::default())
+    pub fn new(scene: &'scene Scene, size: ImageSize, method: Method) -> Self {
+        Self::tuned(scene, size, method, Tuning::default())
     }
 
     /// As [`new`](Self::new), with the engine's knobs in hand, for tests and benches.
-    #[doc(hidden)]
-    #[must_use]
-    pub fn tuned(
+    pub(crate) fn tuned(
         scene: &'scene Scene,
         size: ImageSize,
         method: Method,
-        form: Form,
         tuning: Tuning,
     ) -> Self {
         let camera = Camera::new(scene.viewport, size);
         let painter = match method {
-            Method::Textbook => Painter::Textbook(form),
-            Method::Geometric => Painter::Geometric(form),
-            Method::Double => Painter::Double(form),
+            Method::Textbook(form) => Painter::Textbook(form),
+            Method::Geometric(form) => Painter::Geometric(form),
+            Method::Double(form) => Painter::Double(form),
             Method::Exact => Painter::Exact(Engine::new(scene, camera, tuning)),
             Method::Reference => Painter::Reference(Reference::new(scene, size)),
         };
@@ -107,14 +188,23 @@ impl<'scene> Renderer<'scene> {
     }
 
     /// Draws `rows` of the picture into `pixels`, their bytes in RGB, in bands
-    /// on the current rayon thread pool. `drawn` is told the rows of each
-    /// finished band. The counts are those of [`Method::Exact`]; other methods
-    /// leave them at zero.
+    /// on the current rayon thread pool. The counts are those of [`Method::Exact`];
+    /// other methods leave them at zero.
     ///
     /// # Panics
     ///
     /// If `rows` reach past the image or `pixels` is not exactly their bytes.
-    pub fn draw(
+    pub fn draw(&self, rows: Range<u32>, pixels: &mut [u8]) -> Counts {
+        self.draw_with_progress(rows, pixels, &|_| ())
+    }
+
+    /// As [`draw`](Self::draw), and tells `drawn` how many rows each finished band has,
+    /// on the thread that drew it.
+    ///
+    /// # Panics
+    ///
+    /// If `rows` reach past the image or `pixels` is not exactly their bytes.
+    pub fn draw_with_progress(
         &self,
         rows: Range<u32>,
         pixels: &mut [u8],

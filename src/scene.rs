@@ -19,43 +19,130 @@ mod error;
 mod lines;
 mod number;
 mod parser;
-mod windows;
+pub(crate) mod windows;
 
-use std::{fmt, fs::File, io, path::Path};
+use std::{fmt, fs::File, io, path::Path, str::FromStr};
 
-#[doc(hidden)]
-pub use self::windows::Sizes;
+use self::windows::Sizes;
 pub use self::{
     error::{SceneError, SceneErrorKind},
     lines::lines_of_spheres,
 };
-use crate::spheres::{Rgb, Sphere, Spheres};
+use crate::spheres::{LengthError, Rgb, Sphere, Spheres, positive};
 
-/// The viewport: `width` by `height`, centred on the z axis at `distance`.
+/// The viewport, centred on the z axis. Its lengths are finite and greater than zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viewport {
-    /// Width, greater than zero.
-    pub width: f32,
-    /// Height, greater than zero.
-    pub height: f32,
-    /// Distance from the camera along +z, greater than zero.
-    pub distance: f32,
+    pub(crate) width: f32,
+    pub(crate) height: f32,
+    pub(crate) distance: f32,
+}
+
+impl Viewport {
+    /// The viewport of this width and height, at this distance from the camera along +z.
+    ///
+    /// # Errors
+    ///
+    /// If a length is not finite, or not greater than zero.
+    pub fn new(width: f32, height: f32, distance: f32) -> Result<Self, LengthError> {
+        Ok(Self {
+            width: positive("the width of the viewport", width)?,
+            height: positive("the height of the viewport", height)?,
+            distance: positive("the distance of the viewport", distance)?,
+        })
+    }
+
+    /// The width.
+    #[must_use]
+    pub fn width(&self) -> f32 {
+        self.width
+    }
+
+    /// The height.
+    #[must_use]
+    pub fn height(&self) -> f32 {
+        self.height
+    }
+
+    /// The distance from the camera along +z.
+    #[must_use]
+    pub fn distance(&self) -> f32 {
+        self.distance
+    }
 }
 
 /// A scene: one viewport, a background, spheres in file order.
 ///
 /// Displayed, it is its own text: reading that gives the same scene again.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// What the camera looks through.
-    pub viewport: Viewport,
-    /// Colour of a pixel whose ray meets no sphere.
-    pub background: Rgb,
-    /// The spheres, in file order.
-    pub spheres: Spheres,
+    pub(crate) viewport: Viewport,
+    pub(crate) background: Rgb,
+    pub(crate) spheres: Spheres,
+}
+
+/// More spheres than a scene can have, which is [`u32::MAX`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{count} spheres are more than a scene can have, which is {}",
+    u32::MAX
+)]
+pub struct TooManySpheres {
+    count: usize,
 }
 
 impl Scene {
+    /// A scene of spheres that are in memory. Where two of them are equally near, the
+    /// first is seen.
+    ///
+    /// ```
+    /// use sfera::{scene::{Scene, Viewport}, spheres::Sphere};
+    ///
+    /// let viewport = Viewport::new(1.0, 1.0, 1.0)?;
+    /// let ball = Sphere::new([0.0, 0.0, 5.0], 1.0, [200, 0, 0])?;
+    /// let scene = Scene::new(viewport, [255; 3], [ball])?;
+    /// assert_eq!(scene, "VP 1 1 1 BG 255 255 255 OBJ_N 1 S 0 0 5 1 200 0 0".parse()?);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// If there are more than [`u32::MAX`] spheres.
+    pub fn new(
+        viewport: Viewport,
+        background: Rgb,
+        spheres: impl IntoIterator<Item = Sphere>,
+    ) -> Result<Self, TooManySpheres> {
+        let spheres: Spheres = spheres.into_iter().collect();
+        let count = spheres.len();
+        if u32::try_from(count).is_err() {
+            return Err(TooManySpheres { count });
+        }
+        Ok(Self {
+            viewport,
+            background,
+            spheres,
+        })
+    }
+
+    /// What the camera looks through.
+    #[must_use]
+    pub fn viewport(&self) -> Viewport {
+        self.viewport
+    }
+
+    /// The colour of a pixel whose ray meets no sphere.
+    #[must_use]
+    pub fn background(&self) -> Rgb {
+        self.background
+    }
+
+    /// The spheres, in file order.
+    #[must_use]
+    pub fn spheres(&self) -> &Spheres {
+        &self.spheres
+    }
+
     /// Reads a scene from its text.
     ///
     /// Long texts are read on all threads of rayon's current pool.
@@ -68,12 +155,7 @@ impl Scene {
     }
 
     /// As [`parse`](Self::parse), with the reader's knobs in hand, for tests.
-    ///
-    /// # Errors
-    ///
-    /// If the text is not a scene, or too large for memory.
-    #[doc(hidden)]
-    pub fn parse_in_windows(text: &[u8], sizes: Sizes) -> Result<Self, SceneError> {
+    pub(crate) fn parse_in_windows(text: &[u8], sizes: Sizes) -> Result<Self, SceneError> {
         let size = u64::try_from(text.len()).ok();
         windows::read(&mut &*text, size, sizes, |_| |_: &Sphere| true)
     }
@@ -83,7 +165,8 @@ impl Scene {
     /// # Errors
     ///
     /// If the file can't be read, is not a scene, or is too large for memory.
-    pub fn read(path: &Path) -> Result<Self, SceneError> {
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, SceneError> {
+        let path = path.as_ref();
         let mut file = open(path)?;
         let size = file.metadata().ok().map(|metadata| metadata.len());
         windows::read(&mut file, size, Sizes::USUAL, |_| |_: &Sphere| true)
@@ -98,10 +181,14 @@ impl Scene {
     /// # Errors
     ///
     /// If the file can't be read, is not a scene, or is too large for memory.
-    pub fn read_kept<K>(path: &Path, filter: impl FnOnce(Viewport) -> K) -> Result<Self, SceneError>
+    pub fn read_kept<K>(
+        path: impl AsRef<Path>,
+        filter: impl FnOnce(Viewport) -> K,
+    ) -> Result<Self, SceneError>
     where
         K: Fn(&Sphere) -> bool + Sync,
     {
+        let path = path.as_ref();
         Self::read_stream(&mut open(path)?, path, filter)
     }
 
@@ -113,7 +200,7 @@ impl Scene {
     ///
     /// let everything = |_: Viewport| |_: &_| true;
     /// let mut stream = b"VP 1 1 1 BG 0 0 0 OBJ_N zero".as_slice();
-    /// let refused = Scene::read_stream(&mut stream, "a string".as_ref(), everything);
+    /// let refused = Scene::read_stream(&mut stream, "a string", everything);
     /// let message = refused.unwrap_err().to_string();
     /// assert!(message.starts_with("a string:1:25: expected the number of spheres"));
     /// ```
@@ -123,13 +210,14 @@ impl Scene {
     /// If the stream can't be read, is not a scene, or is too large for memory.
     pub fn read_stream<K>(
         stream: &mut (impl io::Read + Send),
-        name: &Path,
+        name: impl AsRef<Path>,
         filter: impl FnOnce(Viewport) -> K,
     ) -> Result<Self, SceneError>
     where
         K: Fn(&Sphere) -> bool + Sync,
     {
-        windows::read(stream, None, Sizes::USUAL, filter).map_err(|error| error.in_file(name))
+        windows::read(stream, None, Sizes::USUAL, filter)
+            .map_err(|error| error.in_file(name.as_ref()))
     }
 
     /// Writes the text of the scene.
@@ -144,6 +232,14 @@ impl Scene {
 
 fn open(path: &Path) -> Result<File, SceneError> {
     File::open(path).map_err(|error| SceneError::unreadable(error).in_file(path))
+}
+
+impl FromStr for Scene {
+    type Err = SceneError;
+
+    fn from_str(text: &str) -> Result<Self, SceneError> {
+        Self::parse(text.as_bytes())
+    }
 }
 
 impl fmt::Display for Scene {

@@ -5,20 +5,109 @@ use std::{collections::TryReserveError, ops::Range};
 use wide::f32x8;
 
 /// Lanes of a packet: 8 pixels of a row, or 8 spheres being set up.
-pub const LANES: usize = 8;
+pub(crate) const LANES: usize = 8;
 
 /// Red, green and blue, as they stand in the image.
 pub type Rgb = [u8; 3];
 
 /// One sphere of a scene.
+///
+/// Its lengths are finite and its radius is greater than zero, which is all that the
+/// exact method assumes of it.
+///
+/// ```
+/// use sfera::spheres::Sphere;
+///
+/// let ball = Sphere::new([0.0, 0.0, 5.0], 1.0, [200, 0, 0])?;
+/// assert_eq!(ball.radius(), 1.0);
+/// assert!(Sphere::new([0.0, 0.0, f32::NAN], 1.0, [200, 0, 0]).is_err());
+/// assert!(Sphere::new([0.0, 0.0, 5.0], 0.0, [200, 0, 0]).is_err());
+/// # Ok::<(), sfera::spheres::LengthError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
-    /// Centre `(x, y, z)`; the camera is the origin and looks along +z.
-    pub centre: [f32; 3],
-    /// Radius, greater than zero.
-    pub radius: f32,
-    /// Flat colour.
-    pub colour: Rgb,
+    pub(crate) centre: [f32; 3],
+    pub(crate) radius: f32,
+    pub(crate) colour: Rgb,
+}
+
+/// Why a number can't be a length of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LengthError {
+    /// It is infinite or no number.
+    #[error("{name} is {value}; it must be finite")]
+    NotFinite {
+        /// What the length is called.
+        name: &'static str,
+        /// The number.
+        value: f32,
+    },
+    /// It must be greater than zero, and is not.
+    #[error("{name} is {value}; it must be greater than 0")]
+    NotPositive {
+        /// What the length is called.
+        name: &'static str,
+        /// The number.
+        value: f32,
+    },
+}
+
+/// That a coordinate is a number.
+fn finite(name: &'static str, value: f32) -> Result<f32, LengthError> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(LengthError::NotFinite { name, value })
+    }
+}
+
+/// That a length is a number greater than zero.
+pub(crate) fn positive(name: &'static str, value: f32) -> Result<f32, LengthError> {
+    if finite(name, value)? > 0.0 {
+        Ok(value)
+    } else {
+        Err(LengthError::NotPositive { name, value })
+    }
+}
+
+impl Sphere {
+    /// The sphere of this centre `(x, y, z)`, radius and flat colour. The camera is the
+    /// origin and looks along +z.
+    ///
+    /// # Errors
+    ///
+    /// If a number is not finite, or the radius is not greater than zero.
+    pub fn new(centre: [f32; 3], radius: f32, colour: Rgb) -> Result<Self, LengthError> {
+        let [x, y, z] = centre;
+        Ok(Self {
+            centre: [
+                finite("the x of the centre", x)?,
+                finite("the y of the centre", y)?,
+                finite("the z of the centre", z)?,
+            ],
+            radius: positive("the radius", radius)?,
+            colour,
+        })
+    }
+
+    /// The centre `(x, y, z)`.
+    #[must_use]
+    pub fn centre(&self) -> [f32; 3] {
+        self.centre
+    }
+
+    /// The radius, greater than zero.
+    #[must_use]
+    pub fn radius(&self) -> f32 {
+        self.radius
+    }
+
+    /// The flat colour.
+    #[must_use]
+    pub fn colour(&self) -> Rgb {
+        self.colour
+    }
 }
 
 /// Fills the last packet: wholly behind the camera, so no method ever sees it.
@@ -30,9 +119,9 @@ const PADDING: Sphere = Sphere {
 
 /// The spheres of a scene, one array a component, in file order.
 ///
-/// The component arrays are whole packets; lanes past [`len`](Self::len) hold
-/// spheres behind the camera.
-#[derive(Clone, Debug, Default)]
+/// The arrays of lengths are padded to a multiple of 8 with spheres behind the camera,
+/// which no ray meets.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Spheres {
     x: Vec<f32x8>,
     y: Vec<f32x8>,
@@ -55,7 +144,7 @@ impl Spheres {
     }
 
     /// Appends a sphere.
-    pub fn push(&mut self, sphere: Sphere) {
+    pub(crate) fn push(&mut self, sphere: Sphere) {
         let index = self.len();
         if index.is_multiple_of(LANES) {
             let [x, y, z] = PADDING.centre;

@@ -6,7 +6,6 @@ mod common;
 use std::{
     fmt::Write,
     hash::{DefaultHasher, Hasher},
-    path::Path,
 };
 
 use common::{draw, scene, size};
@@ -14,13 +13,14 @@ use proptest::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use sfera::{
     camera::ImageSize,
-    families::{FAMILIES, cloud},
     render::{Form, Method, Renderer},
     scene::Scene,
+    testing::families::{FAMILIES, cloud},
 };
 
 /// The methods that exist in two forms.
-const FLOAT_METHODS: [Method; 3] = [Method::Textbook, Method::Geometric, Method::Double];
+const FLOAT_METHODS: [fn(Form) -> Method; 3] =
+    [Method::Textbook, Method::Geometric, Method::Double];
 
 fn threads(count: usize) -> ThreadPool {
     let pool = ThreadPoolBuilder::new().num_threads(count);
@@ -30,20 +30,21 @@ fn threads(count: usize) -> ThreadPool {
 /// One thread, one pixel at a time, is what all others are held against.
 fn assert_identical(scene: &Scene, size: ImageSize, pools: &[ThreadPool]) {
     for method in FLOAT_METHODS {
-        let one_by_one = draw(scene, size, method, Form::Scalar);
+        let one_by_one = draw(scene, size, method(Form::Scalar));
+        let method = method(Form::Packets);
         for pool in pools {
-            let packets = pool.install(|| draw(scene, size, method, Form::Packets));
+            let packets = pool.install(|| draw(scene, size, method));
             assert!(
                 packets == one_by_one,
-                "{method:?} packets differ from scalar: {size:?}, {} threads, {} spheres",
+                "{method} packets differ from scalar: {size:?}, {} threads, {} spheres",
                 pool.current_num_threads(),
-                scene.spheres.len(),
+                scene.spheres().len(),
             );
         }
     }
-    let on_one_thread = pools[0].install(|| draw(scene, size, Method::Exact, Form::Packets));
+    let on_one_thread = pools[0].install(|| draw(scene, size, Method::Exact));
     for pool in &pools[1..] {
-        let again = pool.install(|| draw(scene, size, Method::Exact, Form::Packets));
+        let again = pool.install(|| draw(scene, size, Method::Exact));
         assert!(again == on_one_thread, "exact depends on threads: {size:?}");
     }
 }
@@ -55,7 +56,7 @@ fn every_small_width_height_and_count() {
     let pools = [threads(1)];
     for count in 0..=17 {
         let scene = cloud(count, count as u64);
-        assert_eq!(scene.spheres.len(), count);
+        assert_eq!(scene.spheres().len(), count);
         for width in 1..=33 {
             for height in [1, 2, 5, 8] {
                 assert_identical(&scene, size(width, height), &pools);
@@ -66,7 +67,7 @@ fn every_small_width_height_and_count() {
 
 #[test]
 fn the_example() {
-    let scene = Scene::read(Path::new("scenes/example.txt")).expect("the example");
+    let scene = Scene::read("scenes/example.txt").expect("the example");
     assert_identical(
         &scene,
         size(1920, 1080),
@@ -132,14 +133,15 @@ fn random_scenes_on_1_2_and_7_threads() {
 fn rows_drawn_apart_are_the_rows_drawn_together() {
     let scene = cloud(100, 2);
     let size = size(45, 71);
-    for method in FLOAT_METHODS.into_iter().chain([Method::Exact]) {
-        let whole = draw(&scene, size, method, Form::Packets);
-        let renderer = Renderer::new(&scene, size, method, Form::Packets);
+    let packets = FLOAT_METHODS.map(|method| method(Form::Packets));
+    for method in packets.into_iter().chain([Method::Exact]) {
+        let whole = draw(&scene, size, method);
+        let renderer = Renderer::new(&scene, size, method);
         for cut in [0, 1, 15, 16, 17, 40, 70, 71] {
             let mut parts = vec![0; size.pixel_bytes()];
             let (above, below) = parts.split_at_mut(size.row_bytes() * cut as usize);
-            renderer.draw(cut..size.height(), below, &|_| ());
-            renderer.draw(0..cut, above, &|_| ());
+            renderer.draw(cut..size.height(), below);
+            renderer.draw(0..cut, above);
             assert!(parts == whole, "{method:?} cut at row {cut}");
         }
     }
@@ -151,16 +153,16 @@ fn rows_drawn_apart_are_the_rows_drawn_together() {
 fn hashes_for_the_comparison_of_builds() {
     let mut hashes = String::new();
     let mut add = |name: &str, scene: &Scene, size: ImageSize| {
-        for method in FLOAT_METHODS.into_iter().chain([Method::Exact]) {
-            for form in [Form::Scalar, Form::Packets] {
-                let mut hasher = DefaultHasher::new();
-                hasher.write(&draw(scene, size, method, form));
-                let hash = hasher.finish();
-                writeln!(hashes, "{hash:016x} {method:?} {form:?} {name}").expect("a string grows");
-            }
+        let both_forms = |method: fn(Form) -> Method| [method(Form::Scalar), method(Form::Packets)];
+        let methods = FLOAT_METHODS.into_iter().flat_map(both_forms);
+        for method in methods.chain([Method::Exact]) {
+            let mut hasher = DefaultHasher::new();
+            hasher.write(&draw(scene, size, method));
+            let hash = hasher.finish();
+            writeln!(hashes, "{hash:016x} {method:?} {name}").expect("a string grows");
         }
     };
-    let example = Scene::read(Path::new("scenes/example.txt")).expect("the example");
+    let example = Scene::read("scenes/example.txt").expect("the example");
     add("example", &example, size(1920, 1080));
     for family in FAMILIES {
         for &difficulty in family.difficulties {

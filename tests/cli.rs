@@ -333,24 +333,18 @@ fn stats_for_scripts_are_one_line_of_json() {
         "\"milliseconds\":{\"read\":",
         "\"publish\":",
         "\"pixels_per_second\":",
-        "\"settled\":{\"rectangles\":",
+        "\"settled_pixels\":{\"runs\":",
     ] {
         assert!(json.contains(part), "{part} in {json}");
     }
     assert_eq!(json.matches('{').count(), json.matches('}').count());
-    let settled = json.split_once("\"settled\":").expect("counts").1;
+    let settled = json.split_once("\"settled_pixels\":").expect("counts").1;
     let sum: u64 = settled
         .split(',')
         .filter(|part| {
-            [
-                "rectangles",
-                "packets",
-                "doubles",
-                "double_doubles",
-                "integers",
-            ]
-            .iter()
-            .any(|rung| part.contains(rung))
+            ["runs", "packets", "doubles", "double_doubles", "integers"]
+                .iter()
+                .any(|rung| part.contains(rung))
         })
         .map(|part| {
             part.chars()

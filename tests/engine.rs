@@ -3,16 +3,16 @@
 
 mod common;
 
-use common::{differing_pixels, draw, scene, size};
+use common::{draw, scene, size};
 use sfera::{
     camera::ImageSize,
-    render::{Form, Method},
+    render::{Method, differing_pixels},
     scene::Scene,
 };
 
-fn wrong(scene: &Scene, size: ImageSize) -> usize {
-    let exact = draw(scene, size, Method::Exact, Form::Packets);
-    let meaning = draw(scene, size, Method::Reference, Form::Packets);
+fn wrong(scene: &Scene, size: ImageSize) -> u64 {
+    let exact = draw(scene, size, Method::Exact);
+    let meaning = draw(scene, size, Method::Reference);
     differing_pixels(&exact, &meaning)
 }
 

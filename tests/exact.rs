@@ -3,21 +3,19 @@
 
 mod common;
 
-use std::path::Path;
-
-use common::{differing_pixels, draw, scene, size};
+use common::{draw, scene, size};
 use proptest::prelude::*;
 use sfera::{
     camera::{BYTES_PER_PIXEL, Camera, ImageSize},
-    families::{FAMILIES, cloud},
     reference::Reference,
-    render::{Form, Method, Renderer},
+    render::{Form, Method, Renderer, differing_pixels},
     scene::{Scene, Viewport},
+    testing::families::{FAMILIES, cloud},
 };
 
-fn wrong(scene: &Scene, size: ImageSize) -> usize {
-    let exact = draw(scene, size, Method::Exact, Form::Packets);
-    let meaning = draw(scene, size, Method::Reference, Form::Packets);
+fn wrong(scene: &Scene, size: ImageSize) -> u64 {
+    let exact = draw(scene, size, Method::Exact);
+    let meaning = draw(scene, size, Method::Reference);
     differing_pixels(&exact, &meaning)
 }
 
@@ -28,7 +26,7 @@ fn every_family() {
             for (seed, (width, height)) in [(0, (257, 193)), (1, (65, 49)), (2, (8, 200))] {
                 let scene = family.scene(difficulty, seed);
                 // The reference looks at every sphere for every pixel.
-                let size = match scene.spheres.len() {
+                let size = match scene.spheres().len() {
                     0..100 => size(width, height),
                     100..1000 => size(width / 4 + 1, height / 4 + 1),
                     _ => size(width / 12 + 1, height / 12 + 1),
@@ -60,7 +58,7 @@ fn every_scene_that_ships() {
 
 #[test]
 fn images_of_one_row_and_of_one_column() {
-    let example = Scene::read(Path::new("scenes/example.txt")).expect("the example");
+    let example = Scene::read("scenes/example.txt").expect("the example");
     let crowd = cloud(300, 5);
     for scene in [&example, &crowd] {
         for (width, height) in [(1, 1), (1, 777), (777, 1), (2, 333), (333, 2), (2, 2)] {
@@ -95,17 +93,17 @@ fn images_of_extreme_sizes() {
         let mut pixels = vec![0; rows.len() * size.row_bytes()];
         if width <= 3 {
             for method in [Method::Textbook, Method::Geometric, Method::Double] {
-                let renderer = Renderer::new(&scene, size, method, Form::Packets);
-                renderer.draw(rows.clone(), &mut pixels, &|_| ());
+                let renderer = Renderer::new(&scene, size, method(Form::Packets));
+                renderer.draw(rows.clone(), &mut pixels);
             }
         }
-        let renderer = Renderer::new(&scene, size, Method::Exact, Form::Packets);
-        renderer.draw(rows.clone(), &mut pixels, &|_| ());
+        let renderer = Renderer::new(&scene, size, Method::Exact);
+        renderer.draw(rows.clone(), &mut pixels);
         let (pixels, _) = pixels.as_chunks::<BYTES_PER_PIXEL>();
         for at in (0..pixels.len()).step_by(pixels.len() / 200 + 1) {
             let (row, column) = (rows.start + at as u32 / width, at as u32 % width);
             let seen = reference.seen(column, row);
-            let right = seen.map_or(scene.background, |index| scene.spheres.colour()[index]);
+            let right = seen.map_or(scene.background(), |index| scene.spheres().colour()[index]);
             assert_eq!(pixels[at], right, "({column}, {row}) of {size:?}");
         }
     }
@@ -196,11 +194,7 @@ fn aimed() -> impl Strategy<Value = Parts> {
         |(viewport, (width, height), (across, down), magnitude, depth, spheres)| {
             let [vx, vy, vz] = viewport;
             let camera = Camera::new(
-                Viewport {
-                    width: vx,
-                    height: vy,
-                    distance: vz,
-                },
+                Viewport::new(vx, vy, vz).expect("a viewport"),
                 size(width, height),
             );
             let column = (across * f64::from(width)) as u32;
@@ -426,10 +420,9 @@ fn every_pixel_is_counted_once() {
         let scene = scene([2.0, 2.0, 2.0], &spheres);
         let size = size(5, 13);
         let mut pixels = vec![0; size.pixel_bytes()];
-        let renderer = Renderer::new(&scene, size, Method::Exact, Form::default());
-        let counts = renderer.draw(0..13, &mut pixels, &|_| ());
-        let settled = counts.rectangles + counts.packets + counts.doubles + counts.integers;
-        assert_eq!(settled, size.pixels(), "{counts:?}");
+        let renderer = Renderer::new(&scene, size, Method::Exact);
+        let counts = renderer.draw(0..13, &mut pixels);
+        assert_eq!(counts.pixels(), size.pixels(), "{counts:?}");
     }
 }
 
@@ -452,7 +445,7 @@ fn large_pictures_of_large_crowds() {
     for (count, seed) in [(1_000, 11)] {
         let scene = cloud(count, seed);
         let size = size(640, 360);
-        let pixels = draw(&scene, size, Method::Exact, Form::Packets);
+        let pixels = draw(&scene, size, Method::Exact);
         let (pixels, _) = pixels.as_chunks::<BYTES_PER_PIXEL>();
         let reference = Reference::new(&scene, size);
         let stride = pixels.len() / 4_000 + 1;
@@ -464,8 +457,8 @@ fn large_pictures_of_large_crowds() {
         for at in beside_an_edge.take(asked).chain(anywhere.take(asked)) {
             let (row, column) = (at as u32 / size.width(), at as u32 % size.width());
             let meaning = match reference.seen(column, row) {
-                Some(index) => scene.spheres.colour()[index],
-                None => scene.background,
+                Some(index) => scene.spheres().colour()[index],
+                None => scene.background(),
             };
             assert_eq!(pixels[at], meaning, "({column}, {row}) of {count} spheres");
         }

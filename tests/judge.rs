@@ -10,6 +10,7 @@ mod program;
 use std::{fmt::Write as _, fs};
 
 use program::{Ran, Workshop};
+use sfera::render::differing_pixels;
 
 const WIDTH: usize = 160;
 const HEIGHT: usize = 90;
@@ -406,11 +407,7 @@ fn the_textbook_in_floats_is_rounding() {
     // As far as rounding goes: a sphere that the picture cuts at its outline.
     let exact = RIGHT.pixels();
     let textbook = textbook_pixels();
-    let wrong = exact
-        .chunks(3)
-        .zip(textbook.chunks(3))
-        .filter(|(one, other)| one != other);
-    let wrong = wrong.count();
+    let wrong = differing_pixels(&exact, &textbook);
     let header = format!("P6 {WIDTH} {HEIGHT} 255\n");
     shop.write("picture.ppm", &[header.as_bytes(), &textbook].concat());
     let ran = verify(&shop, "");

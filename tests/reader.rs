@@ -8,9 +8,9 @@ use std::{
 
 use proptest::prelude::*;
 use sfera::{
-    families::cloud,
-    scene::{Scene, SceneError, SceneErrorKind, Sizes, Viewport},
+    scene::{Scene, SceneError, SceneErrorKind, Viewport},
     spheres::Sphere,
+    testing::{Sizes, families::cloud, parse_in_windows},
 };
 
 const BAD: &str = "scenes/bad";
@@ -133,17 +133,14 @@ fn the_same_bytes_in_memory_give_the_same_place_and_no_path() {
 
 /// The whole scene, floats by their bits.
 fn bits(scene: &Scene) -> Vec<u32> {
-    let Viewport {
-        width,
-        height,
-        distance,
-    } = scene.viewport;
-    let mut bits: Vec<u32> = [width, height, distance].map(f32::to_bits).into();
-    bits.extend(scene.background.map(u32::from));
-    for sphere in scene.spheres.iter() {
-        let [x, y, z] = sphere.centre;
-        bits.extend([x, y, z, sphere.radius].map(f32::to_bits));
-        bits.extend(sphere.colour.map(u32::from));
+    let viewport = scene.viewport();
+    let lengths = [viewport.width(), viewport.height(), viewport.distance()];
+    let mut bits: Vec<u32> = lengths.map(f32::to_bits).into();
+    bits.extend(scene.background().map(u32::from));
+    for sphere in scene.spheres().iter() {
+        let [x, y, z] = sphere.centre();
+        bits.extend([x, y, z, sphere.radius()].map(f32::to_bits));
+        bits.extend(sphere.colour().map(u32::from));
     }
     bits
 }
@@ -188,7 +185,7 @@ fn a_byte_order_mark_at_the_very_beginning_is_skipped() {
             window: 1,
             ..Sizes::USUAL
         };
-        let scene = Scene::parse_in_windows(marked.as_bytes(), sizes).expect("a scene");
+        let scene = parse_in_windows(marked.as_bytes(), sizes).expect("a scene");
         assert_eq!(bits(&scene), expected, "{first}");
     }
     // Places are those that an editor shows.
@@ -268,7 +265,7 @@ fn advice_does_not_depend_on_windows() {
                 window: 1 + first % 5,
                 ..Sizes::USUAL
             };
-            let error = Scene::parse_in_windows(text.as_bytes(), sizes).expect_err(text);
+            let error = parse_in_windows(text.as_bytes(), sizes).expect_err(text);
             assert_eq!(error.to_string(), expected, "{sizes:?}");
         }
     }
@@ -298,19 +295,15 @@ fn a_comment_that_is_meant_as_one_is_not_taken_for_something_else() {
 
 #[test]
 fn the_example_and_a_scene_of_nothing() {
-    let example = Scene::read(Path::new("scenes/example.txt")).expect("the example");
-    assert_eq!(example.spheres.len(), 16);
-    assert_eq!(example.background, [255; 3]);
-    assert_eq!(example.viewport.width.to_bits(), 1.777_f32.to_bits());
-    let last = Sphere {
-        centre: [-100.0, 0.0, 10_000.0],
-        radius: 3_000.0,
-        colour: [255, 255, 0],
-    };
-    assert_eq!(example.spheres.get(15), last);
+    let example = Scene::read("scenes/example.txt").expect("the example");
+    assert_eq!(example.spheres().len(), 16);
+    assert_eq!(example.background(), [255; 3]);
+    assert_eq!(example.viewport().width().to_bits(), 1.777_f32.to_bits());
+    let last = Sphere::new([-100.0, 0.0, 10_000.0], 3_000.0, [255, 255, 0]);
+    assert_eq!(Ok(example.spheres().get(15)), last);
 
     let nothing = Scene::parse(b"VP 1 1 1 BG 0 0 0 OBJ_N 0").expect("a scene");
-    assert!(nothing.spheres.is_empty());
+    assert!(nothing.spheres().is_empty());
 }
 
 #[test]
@@ -324,12 +317,12 @@ fn a_scene_of_many_windows_in_any_pool() {
         let pool = pool.build().expect("threads");
         let read = pool.install(|| Scene::read(file.path())).expect("a scene");
         assert!(bits(&read) == expected, "{threads} threads");
-        let far = |sphere: &Sphere| sphere.centre[2] > 3.0;
+        let far = |sphere: &Sphere| sphere.centre()[2] > 3.0;
         let kept = pool
             .install(|| Scene::read_kept(file.path(), |_| far))
             .expect("a scene");
-        let expected: Vec<Sphere> = scene.spheres.iter().filter(far).collect();
-        assert!(kept.spheres.iter().eq(expected), "{threads} threads");
+        let expected: Vec<Sphere> = scene.spheres().iter().filter(far).collect();
+        assert!(kept.spheres().iter().eq(expected), "{threads} threads");
     }
 }
 
@@ -347,7 +340,7 @@ fn a_filter_is_made_for_the_viewport_and_sees_only_what_is_checked() {
     assert!(matches!(error.kind(), SceneErrorKind::NotPositive));
     let viewport = seen.expect("a viewport");
     assert_eq!(
-        (viewport.width, viewport.height, viewport.distance),
+        (viewport.width(), viewport.height(), viewport.distance()),
         (4.0, 3.0, 2.0)
     );
 }
@@ -404,7 +397,7 @@ fn a_file_that_is_cut_while_it_is_read_is_a_scene_or_an_error() {
     });
     while !cutter.is_finished() {
         match Scene::read(file.path()) {
-            Ok(read) => assert_eq!(read.spheres.len(), 100_000),
+            Ok(read) => assert_eq!(read.spheres().len(), 100_000),
             Err(error) => assert!(error.line().is_some(), "{error}"),
         }
     }
@@ -487,15 +480,12 @@ proptest! {
         ),
     ) {
         let [width, height, distance] = viewport;
-        let spheres = spheres.into_iter();
-        let scene = Scene {
-            viewport: Viewport { width, height, distance },
-            background,
-            spheres: spheres
-                .map(|(centre, radius, colour)| Sphere { centre, radius, colour })
-                .collect(),
-        };
-        let read = Scene::parse(scene.to_string().as_bytes()).expect("a scene");
+        let viewport = Viewport::new(width, height, distance).expect("a viewport");
+        let spheres = spheres.into_iter().map(|(centre, radius, colour)| {
+            Sphere::new(centre, radius, colour).expect("a sphere")
+        });
+        let scene = Scene::new(viewport, background, spheres).expect("a scene");
+        let read: Scene = scene.to_string().parse().expect("a scene");
         prop_assert_eq!(bits(&read), bits(&scene));
     }
 

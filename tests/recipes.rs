@@ -10,7 +10,7 @@ mod program;
 use std::{fmt::Write as _, fs, os::unix::fs::symlink};
 
 use program::{Ran, SFERA, Workshop};
-use sfera::scene::Scene;
+use sfera::{scene::Scene, spheres::Sphere};
 
 const README: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/README.md");
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
@@ -116,13 +116,13 @@ fn every_command_does_what_it_says() {
         run(&shop, command);
     }
 
-    let scene = Scene::read(&shop.path("molecule.txt")).expect("a scene");
-    let spheres: Vec<_> = scene.spheres.iter().collect();
+    let scene = Scene::read(shop.path("molecule.txt")).expect("a scene");
+    let spheres: Vec<_> = scene.spheres().iter().collect();
     assert_eq!(spheres.len(), 6);
-    let radii: Vec<f32> = spheres.iter().map(|sphere| sphere.radius).collect();
+    let radii: Vec<f32> = spheres.iter().map(Sphere::radius).collect();
     assert_eq!(radii, [1.55, 1.52, 1.7, 1.8, 1.39, 2.0]);
     for (one, other, axis, distance) in [(0, 1, 2, -3.0), (2, 1, 0, 6.0), (3, 1, 1, 6.0)] {
-        let difference = spheres[one].centre[axis] - spheres[other].centre[axis];
+        let difference = spheres[one].centre()[axis] - spheres[other].centre()[axis];
         assert!(
             (difference - distance).abs() < 1e-4,
             "{one} {other} {difference}"

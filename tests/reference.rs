@@ -10,7 +10,7 @@ use std::{
 
 use common::{scene, size};
 use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
-use sfera::{camera::ImageSize, families::FAMILIES, reference::Reference, scene::Scene};
+use sfera::{camera::ImageSize, reference::Reference, scene::Scene, testing::families::FAMILIES};
 
 /// The picture, rows from the top: a digit for a sphere, a dot for the background.
 fn picture(scene: &Scene, size: ImageSize) -> String {
@@ -195,21 +195,21 @@ fn the_largest_and_the_smallest_floats_are_numbers_like_others() {
 
 /// A scene as text. The shortest digits that mean a float mean no other.
 fn text(scene: &Scene) -> String {
-    let viewport = &scene.viewport;
+    let viewport = scene.viewport();
     let mut text = format!(
         "VP {:e} {:e} {:e}\nBG 0 0 0\nOBJ_N {}\n",
-        viewport.width,
-        viewport.height,
-        viewport.distance,
-        scene.spheres.len(),
+        viewport.width(),
+        viewport.height(),
+        viewport.distance(),
+        scene.spheres().len(),
     );
-    for sphere in scene.spheres.iter() {
-        let [x, y, z] = sphere.centre;
-        let [red, green, blue] = sphere.colour;
+    for sphere in scene.spheres().iter() {
+        let [x, y, z] = sphere.centre();
+        let [red, green, blue] = sphere.colour();
         writeln!(
             text,
             "S {x:e} {y:e} {z:e} {:e} {red} {green} {blue}",
-            sphere.radius
+            sphere.radius()
         )
         .expect("a string takes any text");
     }
@@ -285,7 +285,7 @@ fn the_oracle_agrees_on_every_family() {
     for family in FAMILIES {
         for (seed, &difficulty) in family.difficulties.iter().enumerate() {
             let scene = family.scene(difficulty, seed as u64);
-            if scene.spheres.len() <= 64 {
+            if scene.spheres().len() <= 64 {
                 scenes.push((scene, size(17, 13)));
             }
         }

@@ -7,16 +7,15 @@
 
 mod common;
 
-use std::path::Path;
-
-use common::{differing_pixels, draw, size};
+use common::{draw, size};
 use sfera::{
-    families::{FAMILIES, Family},
     render::{
-        Form,
-        Method::{self, Double, Exact, Geometric, Reference, Textbook},
+        Form::Packets,
+        Method::{self, Exact, Reference},
+        differing_pixels,
     },
     scene::Scene,
+    testing::families::{FAMILIES, Family},
 };
 
 const SEEDS: u64 = 8;
@@ -25,27 +24,30 @@ const SEEDS: u64 = 8;
 const WIDTH: u32 = 65;
 const HEIGHT: u32 = 49;
 
-const PIXELS: usize = (WIDTH * HEIGHT) as usize * SEEDS as usize;
+const PIXELS: u64 = (WIDTH * HEIGHT) as u64 * SEEDS;
 
 /// A family measured: wrong pixels of each method at each difficulty.
 struct Measured {
-    family: Family,
-    wrong: Vec<[usize; 3]>,
+    family: &'static Family,
+    wrong: Vec<[u64; 3]>,
 }
 
-const MEASURED: [Method; 3] = [Textbook, Geometric, Double];
+const TEXTBOOK: Method = Method::Textbook(Packets);
+const GEOMETRIC: Method = Method::Geometric(Packets);
+const DOUBLE: Method = Method::Double(Packets);
+const MEASURED: [Method; 3] = [TEXTBOOK, GEOMETRIC, DOUBLE];
 
 fn measured(name: &str) -> Measured {
-    let family = FAMILIES.into_iter().find(|family| family.name == name);
+    let family = FAMILIES.iter().find(|family| family.name == name);
     let family = family.expect("a family of this name");
     let size = size(WIDTH, HEIGHT);
     let wrong = |&difficulty: &f64| {
         let mut sums = [0; 3];
         for seed in 0..SEEDS {
             let scene = family.scene(difficulty, seed);
-            let exact = draw(&scene, size, Exact, Form::Packets);
+            let exact = draw(&scene, size, Exact);
             for (sum, method) in sums.iter_mut().zip(MEASURED) {
-                *sum += differing_pixels(&draw(&scene, size, method, Form::Packets), &exact);
+                *sum += differing_pixels(&draw(&scene, size, method), &exact);
             }
         }
         println!("{name:16} {difficulty:9.1e} {sums:6?}");
@@ -57,7 +59,7 @@ fn measured(name: &str) -> Measured {
 
 impl Measured {
     /// Wrong pixels of a method at the difficulties that `chosen` picks.
-    fn wrong(&self, method: Method, chosen: impl Fn(f64) -> bool) -> Vec<usize> {
+    fn wrong(&self, method: Method, chosen: impl Fn(f64) -> bool) -> Vec<u64> {
         let column = MEASURED.iter().position(|&measured| measured == method);
         let column = column.expect("a float method");
         let difficulties = self.family.difficulties.iter();
@@ -80,7 +82,7 @@ impl Measured {
             let wrong = self.wrong(method, &chosen);
             assert!(
                 wrong.iter().all(|&wrong| wrong == 0),
-                "{method:?} should hold on {}: {wrong:?} wrong",
+                "{method} should hold on {}: {wrong:?} wrong",
                 self.family.name,
             );
         }
@@ -92,7 +94,7 @@ impl Measured {
             let wrong = self.wrong(method, &chosen);
             assert!(
                 wrong.iter().all(|&wrong| wrong > 0),
-                "{method:?} should fail on {}: {wrong:?} wrong",
+                "{method} should fail on {}: {wrong:?} wrong",
                 self.family.name,
             );
         }
@@ -104,7 +106,7 @@ impl Measured {
             let wrong = self.wrong(method, &chosen);
             assert!(
                 wrong.iter().all(|&wrong| wrong > PIXELS / 4),
-                "{method:?} should break down on {}: {wrong:?} wrong of {PIXELS}",
+                "{method} should break down on {}: {wrong:?} wrong of {PIXELS}",
                 self.family.name,
             );
         }
@@ -113,12 +115,12 @@ impl Measured {
 
 #[test]
 fn the_example_has_4_wrong_pixels_by_the_textbook_and_none_in_doubles() {
-    let scene = Scene::read(Path::new("scenes/example.txt")).expect("the example");
+    let scene = Scene::read("scenes/example.txt").expect("the example");
     let size = size(1920, 1080);
-    let meaning = draw(&scene, size, Reference, Form::Packets);
-    let wrong = |method| differing_pixels(&draw(&scene, size, method, Form::Packets), &meaning);
-    assert_eq!(wrong(Textbook), 4);
-    assert_eq!(wrong(Double), 0);
+    let meaning = draw(&scene, size, Reference);
+    let wrong = |method| differing_pixels(&draw(&scene, size, method), &meaning);
+    assert_eq!(wrong(TEXTBOOK), 4);
+    assert_eq!(wrong(DOUBLE), 0);
     assert_eq!(wrong(Exact), 0);
 }
 
@@ -128,40 +130,40 @@ fn the_example_has_4_wrong_pixels_by_the_textbook_and_none_in_doubles() {
 #[test]
 fn far_spheres_need_the_stable_form() {
     let far = measured("far");
-    far.holds(&[Textbook], |distance| distance <= 1e1);
-    far.fails(&[Textbook], |distance| distance >= 1e2);
-    far.breaks_down(&[Textbook], |distance| distance >= 1e4);
-    far.holds(&[Geometric], |distance| distance <= 1e4);
-    far.fails(&[Geometric], |distance| distance >= 1e6);
-    far.holds(&[Double], |distance| distance <= 1e5);
-    far.fails(&[Double], |distance| distance >= 1e7);
+    far.holds(&[TEXTBOOK], |distance| distance <= 1e1);
+    far.fails(&[TEXTBOOK], |distance| distance >= 1e2);
+    far.breaks_down(&[TEXTBOOK], |distance| distance >= 1e4);
+    far.holds(&[GEOMETRIC], |distance| distance <= 1e4);
+    far.fails(&[GEOMETRIC], |distance| distance >= 1e6);
+    far.holds(&[DOUBLE], |distance| distance <= 1e5);
+    far.fails(&[DOUBLE], |distance| distance >= 1e7);
 }
 
 /// `c = C.C - r^2` is off by `u r^2`, and the surface by `u r` of its distance.
 #[test]
 fn huge_spheres_outgrow_floats() {
     let huge = measured("huge");
-    huge.holds(&[Textbook, Geometric], |radius| radius <= 1e3);
-    huge.fails(&[Textbook, Geometric], |radius| radius >= 1e5);
-    huge.holds(&[Double], |_| true);
+    huge.holds(&[TEXTBOOK, GEOMETRIC], |radius| radius <= 1e3);
+    huge.fails(&[TEXTBOOK, GEOMETRIC], |radius| radius >= 1e5);
+    huge.holds(&[DOUBLE], |_| true);
 }
 
 /// Depths are off by some `u` of the distance: gaps above that are seen.
 #[test]
 fn shells_closer_than_roundoff_are_confused() {
     let shells = measured("shells");
-    shells.holds(&[Textbook, Geometric], |gap| gap >= 1e-6);
-    shells.fails(&[Textbook, Geometric], |gap| gap <= 1e-7);
-    shells.holds(&[Double], |_| true);
+    shells.holds(&[TEXTBOOK, GEOMETRIC], |gap| gap >= 1e-6);
+    shells.fails(&[TEXTBOOK, GEOMETRIC], |gap| gap <= 1e-7);
+    shells.holds(&[DOUBLE], |_| true);
 }
 
 /// At the seam depths are equal; its width is `u` over the gap.
 #[test]
 fn seams_blur_as_spheres_draw_together() {
     let seams = measured("interpenetrating");
-    seams.holds(&[Textbook, Geometric], |shift| shift >= 1e-3);
-    seams.fails(&[Textbook, Geometric], |shift| shift <= 1e-5);
-    seams.holds(&[Double], |_| true);
+    seams.holds(&[TEXTBOOK, GEOMETRIC], |shift| shift >= 1e-3);
+    seams.fails(&[TEXTBOOK, GEOMETRIC], |shift| shift <= 1e-5);
+    seams.holds(&[DOUBLE], |_| true);
 }
 
 /// Equal spheres have equal depths however they are rounded.
@@ -180,19 +182,19 @@ fn exact_tangents_need_exact_arithmetic() {
 #[test]
 fn almost_tangents_need_more_digits_the_closer_they_are() {
     let almost = measured("almost tangent");
-    almost.holds(&[Textbook], |gap| gap >= 1e-3);
-    almost.fails(&[Textbook], |gap| gap <= 1e-5);
-    almost.fails(&[Geometric], |gap| gap <= 1e-7);
-    almost.holds(&[Double], |_| true);
+    almost.holds(&[TEXTBOOK], |gap| gap >= 1e-3);
+    almost.fails(&[TEXTBOOK], |gap| gap <= 1e-5);
+    almost.fails(&[GEOMETRIC], |gap| gap <= 1e-7);
+    almost.holds(&[DOUBLE], |_| true);
 }
 
 /// The near wall is at `gap r`, off by `u r`.
 #[test]
 fn a_wall_before_the_camera_needs_digits() {
     let inside = measured("inside");
-    inside.holds(&[Textbook, Geometric], |gap| gap >= 1e-3);
-    inside.fails(&[Textbook, Geometric], |gap| gap <= 1e-5);
-    inside.holds(&[Double], |_| true);
+    inside.holds(&[TEXTBOOK, GEOMETRIC], |gap| gap >= 1e-3);
+    inside.fails(&[TEXTBOOK, GEOMETRIC], |gap| gap <= 1e-5);
+    inside.holds(&[DOUBLE], |_| true);
 }
 
 /// `c = 0`: the near root is 0, and is taken for a hit if it comes out above 0.
@@ -201,8 +203,8 @@ fn a_camera_on_the_surface_needs_exact_arithmetic() {
     let surface = measured("on the surface");
     surface.fails(&MEASURED, |_| true);
     // Squares of radii above 2^12 aren't floats, so c is no longer 0 itself.
-    let far_above = surface.wrong(Textbook, |radius| radius >= 1e4);
-    let below = surface.wrong(Textbook, |radius| radius <= 1e2);
+    let far_above = surface.wrong(TEXTBOOK, |radius| radius >= 1e4);
+    let below = surface.wrong(TEXTBOOK, |radius| radius <= 1e2);
     assert!(far_above.iter().min() > below.iter().max());
 }
 
@@ -210,18 +212,18 @@ fn a_camera_on_the_surface_needs_exact_arithmetic() {
 #[test]
 fn concentric_walls_closer_than_roundoff_are_confused() {
     let walls = measured("concentric");
-    walls.holds(&[Textbook, Geometric], |gap| gap >= 1e-2);
-    walls.fails(&[Textbook, Geometric], |gap| gap <= 1e-4);
-    walls.holds(&[Double], |_| true);
+    walls.holds(&[TEXTBOOK, GEOMETRIC], |gap| gap >= 1e-2);
+    walls.fails(&[TEXTBOOK, GEOMETRIC], |gap| gap <= 1e-4);
+    walls.holds(&[DOUBLE], |_| true);
 }
 
 /// As for a wall seen from inside, from the other side.
 #[test]
 fn a_surface_beside_the_camera_needs_digits() {
     let beside = measured("beside");
-    beside.holds(&[Textbook, Geometric], |gap| gap >= 1e-2);
-    beside.fails(&[Textbook, Geometric], |gap| gap <= 1e-4);
-    beside.holds(&[Double], |_| true);
+    beside.holds(&[TEXTBOOK, GEOMETRIC], |gap| gap >= 1e-2);
+    beside.fails(&[TEXTBOOK, GEOMETRIC], |gap| gap <= 1e-4);
+    beside.holds(&[DOUBLE], |_| true);
 }
 
 /// Squares of lengths overflow floats above 2^64, and vanish below 2^-75.
@@ -230,9 +232,9 @@ fn a_surface_beside_the_camera_needs_digits() {
 fn scale_matters_only_to_floats_and_only_where_squares_overflow_or_vanish() {
     let scale = measured("scale");
     let ordinary = |factor: f64| factor.log2().abs() <= 60.0;
-    scale.holds(&[Textbook, Geometric], ordinary);
-    scale.breaks_down(&[Textbook, Geometric], |factor| !ordinary(factor));
-    scale.holds(&[Double], |_| true);
+    scale.holds(&[TEXTBOOK, GEOMETRIC], ordinary);
+    scale.breaks_down(&[TEXTBOOK, GEOMETRIC], |factor| !ordinary(factor));
+    scale.holds(&[DOUBLE], |_| true);
 }
 
 /// Nothing is hard here but the number of edges: some pixel is close to one.
@@ -241,8 +243,8 @@ fn ordinary_scenes_cost_the_textbook_a_few_pixels() {
     let mut by_textbook = 0;
     for name in ["lattice", "cloud"] {
         let ordinary = measured(name);
-        ordinary.holds(&[Geometric, Double], |_| true);
-        by_textbook += ordinary.wrong(Textbook, |_| true).iter().sum::<usize>();
+        ordinary.holds(&[GEOMETRIC, DOUBLE], |_| true);
+        by_textbook += ordinary.wrong(TEXTBOOK, |_| true).iter().sum::<u64>();
     }
     assert!(
         (1..100).contains(&by_textbook),
@@ -260,9 +262,9 @@ fn of_copies_apart_every_method_shows_the_first() {
 #[test]
 fn near_ties_are_ties_to_those_who_round() {
     let near = measured("near ties");
-    near.fails(&[Textbook, Geometric], |_| true);
-    near.holds(&[Double], |shift| shift >= 1e-8);
-    near.fails(&[Double], |shift| shift <= 1e-16);
+    near.fails(&[TEXTBOOK, GEOMETRIC], |_| true);
+    near.holds(&[DOUBLE], |shift| shift >= 1e-8);
+    near.fails(&[DOUBLE], |shift| shift <= 1e-16);
 }
 
 /// A camera among spheres, in front of a floor, before a frustum full of them: not hard,
@@ -278,6 +280,6 @@ fn ordinary_views_are_right_in_doubles() {
         "wide",
         "floor",
     ] {
-        measured(name).holds(&[Double], |_| true);
+        measured(name).holds(&[DOUBLE], |_| true);
     }
 }

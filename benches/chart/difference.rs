@@ -5,12 +5,12 @@ use std::path::Path;
 use plotters::{prelude::*, style::text_anchor::HPos};
 use sfera::{
     camera::{BYTES_PER_PIXEL, ImageSize},
-    render::Method,
+    render::{Form, Method, differing_pixels},
     scene::Scene,
 };
 
 use crate::{
-    measure::{differing, picture, wrong},
+    measure::picture,
     plot::{Area, Drawn, LARGE, WIDTH, text},
 };
 
@@ -25,13 +25,13 @@ pub(crate) fn draw(scene: &Scene, folder: &Path) -> Drawn {
     const CAPTION: i32 = 56;
     let size = ImageSize::new(COLUMNS, ROWS)?;
     let exact = picture(scene, size, Method::Exact);
-    let textbook = picture(scene, size, Method::Textbook);
+    let textbook = picture(scene, size, Method::Textbook(Form::default()));
     let marked: Vec<u8> = exact
         .chunks_exact(BYTES_PER_PIXEL)
-        .zip(differing(&textbook, &exact))
-        .flat_map(|(pixel, differs)| match differs {
-            true => [0, 0, 0],
-            false => [0, 1, 2].map(|channel| 255 - (255 - pixel[channel]) / 5),
+        .zip(textbook.chunks_exact(BYTES_PER_PIXEL))
+        .flat_map(|(pixel, other)| match pixel == other {
+            true => [0, 1, 2].map(|channel| 255 - (255 - pixel[channel]) / 5),
+            false => [0, 0, 0],
         })
         .collect();
 
@@ -39,7 +39,7 @@ pub(crate) fn draw(scene: &Scene, folder: &Path) -> Drawn {
     let path = folder.join("difference.svg");
     let root = SVGBackend::new(&path, (WIDTH, height as u32)).into_drawing_area();
     root.fill(&WHITE)?;
-    let different = wrong(&textbook, &exact);
+    let different = differing_pixels(&textbook, &exact);
     let share = 100.0 * different as f64 / size.pixels() as f64;
     let titles = [
         "exact".to_owned(),

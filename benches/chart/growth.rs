@@ -11,9 +11,9 @@ use plotters::{
 use rayon::prelude::*;
 use sfera::{
     camera::ImageSize,
-    families,
     render::{Form, Method},
     scene::Scene,
+    testing::families,
 };
 
 use crate::{
@@ -35,6 +35,8 @@ const LONGEST: Duration = Duration::from_secs(3);
 
 const MILLISECONDS: (f64, f64) = (0.01, 100_000.0);
 const RADIUS: f64 = 9.0;
+
+const TEXTBOOK: Method = Method::Textbook(Form::Packets);
 
 /// What a curve is of.
 #[derive(Clone, Copy, PartialEq)]
@@ -68,7 +70,7 @@ impl Subject {
     fn colour(self) -> RGBColor {
         match self {
             Self::Exact => colour(Method::Exact),
-            Self::Textbook => colour(Method::Textbook),
+            Self::Textbook => colour(TEXTBOOK),
             Self::Embree => RGBColor(86, 180, 233),
             Self::Splat => splat::COLOUR,
             Self::Fill => BLACK,
@@ -78,8 +80,8 @@ impl Subject {
     /// The floor is a line without marks.
     fn mark(self, area: &Area, at: (i32, i32)) -> Drawn {
         match self {
-            Self::Exact => mark(area, at, Method::Exact, Form::Packets, RADIUS),
-            Self::Textbook => mark(area, at, Method::Textbook, Form::Packets, RADIUS),
+            Self::Exact => mark(area, at, Method::Exact, RADIUS),
+            Self::Textbook => mark(area, at, TEXTBOOK, RADIUS),
             Self::Embree | Self::Splat => {
                 let side = RADIUS as i32;
                 let corners = [(at.0 - side, at.1 - side), (at.0 + side, at.1 + side)];
@@ -143,10 +145,10 @@ fn by_spheres(peers: &[Measured]) -> Drawn<Panel> {
         let scene = families::cloud(count, 1);
         for (subject, method) in [
             (Subject::Exact, Method::Exact),
-            (Subject::Textbook, Method::Textbook),
+            (Subject::Textbook, TEXTBOOK),
         ] {
             curves.measure(subject, count as f64, || {
-                frame(&scene, size, method, Form::Packets, &mut pixels)
+                frame(&scene, size, method, &mut pixels)
             });
         }
     }
@@ -177,11 +179,9 @@ fn by_pixels(example: &Scene, peers: &[Measured]) -> Drawn<Panel> {
         curves.add(Subject::Fill, place, fill(&mut pixels));
         for (subject, method) in [
             (Subject::Exact, Method::Exact),
-            (Subject::Textbook, Method::Textbook),
+            (Subject::Textbook, TEXTBOOK),
         ] {
-            curves.measure(subject, place, || {
-                frame(example, size, method, Form::Packets, &mut pixels)
-            });
+            curves.measure(subject, place, || frame(example, size, method, &mut pixels));
         }
     }
     let threads = rayon::current_num_threads();
@@ -193,7 +193,7 @@ fn by_pixels(example: &Scene, peers: &[Measured]) -> Drawn<Panel> {
         curves.add(row.subject, pixels, row.milliseconds);
     }
     Ok(Panel {
-        title: format!("the example: {} spheres", example.spheres.len()),
+        title: format!("the example: {} spheres", example.spheres().len()),
         axis: "pixels",
         curves: curves.0,
     })
@@ -214,7 +214,7 @@ fn by_threads(exact_reaches: bool, peers: &[Measured]) -> Drawn<Panel> {
             curves.add(Subject::Fill, place, fill(&mut pixels));
             if exact_reaches {
                 curves.measure(Subject::Exact, place, || {
-                    frame(&scene, size, Method::Exact, Form::Packets, &mut pixels)
+                    frame(&scene, size, Method::Exact, &mut pixels)
                 });
             }
         });

@@ -20,7 +20,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use sfera::{families, scene::Scene};
+use sfera::{scene::Scene, testing::families};
 
 fn main() -> Result<(), Box<dyn Error>> {
     // Cargo passes options of its own, such as --bench.
@@ -43,7 +43,7 @@ fn draw_all(folder: &Path) -> Result<(), Box<dyn Error>> {
     let example = read(Path::new("scenes/example.txt"))?;
     let far = read(Path::new("scenes/far.txt"))?;
     let scenes = ["cloud", "molecule", "floor", "among"].map(|name| {
-        let family = families::FAMILIES.into_iter();
+        let family = families::FAMILIES.iter();
         let mut named = family.filter(|family| family.name == name);
         // A thousand spheres, or a floor a thousand times as large as what stands on it.
         named

@@ -3,28 +3,22 @@
 use std::time::{Duration, Instant};
 
 use sfera::{
-    camera::{BYTES_PER_PIXEL, ImageSize},
-    render::{Form, Method, Renderer},
+    camera::ImageSize,
+    render::{Method, Renderer},
     scene::Scene,
 };
 
 /// A picture, from the scene in memory to the last byte; on all threads.
-pub(crate) fn frame(
-    scene: &Scene,
-    size: ImageSize,
-    method: Method,
-    form: Form,
-    pixels: &mut [u8],
-) -> Duration {
+pub(crate) fn frame(scene: &Scene, size: ImageSize, method: Method, pixels: &mut [u8]) -> Duration {
     let start = Instant::now();
-    Renderer::new(scene, size, method, form).draw(0..size.height(), pixels, &|_| ());
+    Renderer::new(scene, size, method).draw(0..size.height(), pixels);
     start.elapsed()
 }
 
 /// The same picture, in memory of its own.
 pub(crate) fn picture(scene: &Scene, size: ImageSize, method: Method) -> Vec<u8> {
     let mut pixels = vec![0; size.pixel_bytes()];
-    frame(scene, size, method, Form::Packets, &mut pixels);
+    frame(scene, size, method, &mut pixels);
     pixels
 }
 
@@ -34,7 +28,7 @@ const REFERENCE_SPHERES: usize = 64;
 /// What a method is held against: the reference, or exact where there are too
 /// many spheres for it. Exact itself then answers to the reference on a small image.
 pub(crate) fn judge(scene: &Scene) -> Method {
-    if scene.spheres.len() <= REFERENCE_SPHERES {
+    if scene.spheres().len() <= REFERENCE_SPHERES {
         Method::Reference
     } else {
         Method::Exact
@@ -52,16 +46,4 @@ pub(crate) fn median(mut frame: impl FnMut() -> Duration) -> Duration {
     }
     times.sort_unstable();
     times[times.len() / 2]
-}
-
-/// Which pixels differ, row by row.
-pub(crate) fn differing<'a>(one: &'a [u8], other: &'a [u8]) -> impl Iterator<Item = bool> + 'a {
-    one.chunks_exact(BYTES_PER_PIXEL)
-        .zip(other.chunks_exact(BYTES_PER_PIXEL))
-        .map(|(one, other)| one != other)
-}
-
-/// How many pixels differ.
-pub(crate) fn wrong(picture: &[u8], exact: &[u8]) -> usize {
-    differing(picture, exact).filter(|&differs| differs).count()
 }

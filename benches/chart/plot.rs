@@ -36,9 +36,9 @@ pub(crate) fn font(size: u32) -> TextStyle<'static> {
 /// Colours that all eyes tell apart: M. Okabe, K. Ito, Color Universal Design, 2008.
 pub(crate) fn colour(method: Method) -> RGBColor {
     match method {
-        Method::Textbook => RGBColor(230, 159, 0),
-        Method::Geometric => RGBColor(0, 114, 178),
-        Method::Double => RGBColor(0, 158, 115),
+        Method::Textbook(_) => RGBColor(230, 159, 0),
+        Method::Geometric(_) => RGBColor(0, 114, 178),
+        Method::Double(_) => RGBColor(0, 158, 115),
         Method::Reference => RGBColor(120, 120, 120),
         _ => RGBColor(213, 94, 0),
     }
@@ -46,34 +46,57 @@ pub(crate) fn colour(method: Method) -> RGBColor {
 
 pub(crate) fn name(method: Method) -> &'static str {
     match method {
-        Method::Textbook => "textbook (f32)",
-        Method::Geometric => "geometric (f32)",
-        Method::Double => "double (f64)",
+        Method::Textbook(_) => "textbook (f32)",
+        Method::Geometric(_) => "geometric (f32)",
+        Method::Double(_) => "double (f64)",
         Method::Reference => "reference (integers)",
         _ => "exact",
     }
 }
 
-/// A method is told by its shape as well as by its colour, a form by being filled.
-pub(crate) fn mark(area: &Area, at: (i32, i32), method: Method, form: Form, radius: f64) -> Drawn {
+/// A method is told by its shape as well as by its colour, the scalar form by not being
+/// filled.
+pub(crate) fn mark(area: &Area, at: (i32, i32), method: Method, radius: f64) -> Drawn {
+    mark_filled(
+        area,
+        at,
+        method,
+        method.form() != Some(Form::Scalar),
+        radius,
+    )
+}
+
+/// As [`mark`], filled or not.
+pub(crate) fn mark_filled(
+    area: &Area,
+    at: (i32, i32),
+    method: Method,
+    filled: bool,
+    radius: f64,
+) -> Drawn {
     let outline = colour(method).stroke_width(3);
-    let inside = match form {
-        Form::Scalar => WHITE.filled(),
-        Form::Packets => colour(method).filled(),
+    let inside = if filled {
+        colour(method).filled()
+    } else {
+        WHITE.filled()
     };
     // Corners from the top, as shares of the radius: each shape is about as large.
     let (corners, far, near) = match method {
-        Method::Textbook => {
+        Method::Textbook(_) => {
             area.draw(&Circle::new(at, radius.round() as i32, inside))?;
             area.draw(&Circle::new(at, radius.round() as i32, outline))?;
             return Ok(());
         }
-        Method::Geometric => (3, 1.4, None),
-        Method::Double => (4, 1.25, None),
+        Method::Geometric(_) => (3, 1.4, None),
+        Method::Double(_) => (4, 1.25, None),
         Method::Reference => (4, 1.35, None),
         _ => (10, 1.65, Some(0.7)),
     };
-    let turn = if method == Method::Double { 0.5 } else { 0.0 };
+    let turn = if matches!(method, Method::Double(_)) {
+        0.5
+    } else {
+        0.0
+    };
     let corner = |index: usize| {
         let share = near.filter(|_| index % 2 == 1).unwrap_or(far);
         let angle = (index as f64 + turn) / f64::from(corners) * std::f64::consts::TAU;

@@ -5,13 +5,14 @@ use std::{fmt::Write, fs, path::Path};
 use plotters::{prelude::*, style::text_anchor::HPos};
 use sfera::{
     camera::ImageSize,
-    render::{Bounds, Form, Method, Renderer, Tuning},
+    render::{Form, Method, differing_pixels},
     scene::Scene,
+    testing::{Bounds, Tuning, tuned},
 };
 
 use crate::{
-    measure::{frame, judge, median, wrong},
-    plot::{Area, Decades, Drawn, LARGE, SMALL, WIDTH, mark, name, panel, text},
+    measure::{frame, judge, median},
+    plot::{Area, Decades, Drawn, LARGE, SMALL, WIDTH, mark, mark_filled, name, panel, text},
     splat,
 };
 
@@ -24,7 +25,7 @@ const RADIUS: f64 = 12.0;
 /// Who draws.
 #[derive(Clone, Copy)]
 enum Painter {
-    Method(Method, Form),
+    Method(Method),
     /// The engine, as if nothing were rounded.
     BoundsIgnored,
     /// The best inexact one, in C.
@@ -34,25 +35,28 @@ enum Painter {
 impl Painter {
     fn name(self) -> String {
         match self {
-            Self::Method(method, _) => method.to_string(),
+            Self::Method(method) => method.to_string(),
             Self::BoundsIgnored => "bounds ignored".to_owned(),
             Self::Splat => "splat".to_owned(),
         }
     }
 
-    fn form(self) -> &'static str {
-        const FLOATS: [Method; 3] = [Method::Textbook, Method::Geometric, Method::Double];
-        match self {
-            Self::Method(method, Form::Scalar) if FLOATS.contains(&method) => "scalar",
-            Self::Method(method, Form::Packets) if FLOATS.contains(&method) => "packets",
-            _ => "one form",
-        }
+    fn form(self) -> String {
+        let form = match self {
+            Self::Method(method) => method.form(),
+            Self::BoundsIgnored | Self::Splat => None,
+        };
+        form.map_or_else(|| "one form".to_owned(), |form| form.to_string())
     }
 
     fn mark(self, area: &Area, at: (i32, i32)) -> Drawn {
         match self {
-            Self::Method(method, form) => mark(area, at, method, form, RADIUS),
-            Self::BoundsIgnored => mark(area, at, Method::Exact, Form::Scalar, RADIUS),
+            // The reference looks at one pixel at a time.
+            Self::Method(Method::Reference) => {
+                mark_filled(area, at, Method::Reference, false, RADIUS)
+            }
+            Self::Method(method) => mark(area, at, method, RADIUS),
+            Self::BoundsIgnored => mark_filled(area, at, Method::Exact, false, RADIUS),
             Self::Splat => {
                 let side = (0.9 * RADIUS) as i32;
                 let corners = [(at.0 - side, at.1 - side), (at.0 + side, at.1 + side)];
@@ -65,7 +69,7 @@ impl Painter {
     /// A place in the band of zero for each, so that equal points stand apart.
     fn zero_row(self) -> f64 {
         match self {
-            Self::Method(method, _) => zero_row(method),
+            Self::Method(method) => zero_row(method),
             Self::BoundsIgnored => -0.72,
             Self::Splat => -0.6,
         }
@@ -76,7 +80,7 @@ impl Painter {
 struct Point {
     painter: Painter,
     milliseconds: f64,
-    wrong: usize,
+    wrong: u64,
 }
 
 impl Point {
@@ -95,7 +99,7 @@ pub(crate) fn draw(scenes: &[(String, Scene)], folder: &Path) -> Drawn {
     let mut measured = Vec::new();
     for (name, scene) in scenes {
         let (points, floor) = measure(name, scene)?;
-        let spheres = scene.spheres.len();
+        let spheres = scene.spheres().len();
         println!("{name}, {spheres} spheres, {COLUMNS} x {ROWS}, {threads} threads");
         for point in &points {
             let method = point.painter.name();
@@ -128,21 +132,21 @@ pub(crate) fn draw(scenes: &[(String, Scene)], folder: &Path) -> Drawn {
 /// All points of a scene, and the milliseconds of filling the memory of a picture.
 fn measure(name: &str, scene: &Scene) -> Drawn<(Vec<Point>, f64)> {
     let size = ImageSize::new(COLUMNS, ROWS)?;
-    let both = |method| [Form::Scalar, Form::Packets].map(|form| (method, form));
+    let both = |method: fn(Form) -> Method| [Form::Scalar, Form::Packets].map(method);
     let floats = [Method::Textbook, Method::Geometric, Method::Double]
         .into_iter()
         .flat_map(both);
     let mut right = vec![0; size.pixel_bytes()];
     let judge = judge(scene);
-    let judged_in = frame(scene, size, judge, Form::Scalar, &mut right);
+    let judged_in = frame(scene, size, judge, &mut right);
     let mut pixels = vec![0; size.pixel_bytes()];
     let mut points = Vec::new();
-    for (method, form) in floats.chain([(Method::Exact, Form::Packets)]) {
-        let time = median(|| frame(scene, size, method, form, &mut pixels));
+    for method in floats.chain([Method::Exact]) {
+        let time = median(|| frame(scene, size, method, &mut pixels));
         points.push(Point {
-            painter: Painter::Method(method, form),
+            painter: Painter::Method(method),
             milliseconds: time.as_secs_f64() * 1e3,
-            wrong: wrong(&pixels, &right),
+            wrong: differing_pixels(&pixels, &right),
         });
     }
     let ignored = Tuning {
@@ -151,28 +155,24 @@ fn measure(name: &str, scene: &Scene) -> Drawn<(Vec<Point>, f64)> {
     };
     let time = median(|| {
         let start = std::time::Instant::now();
-        Renderer::tuned(scene, size, Method::Exact, Form::Packets, ignored).draw(
-            0..size.height(),
-            &mut pixels,
-            &|_| (),
-        );
+        tuned(scene, size, Method::Exact, ignored).draw(0..size.height(), &mut pixels);
         start.elapsed()
     });
     points.push(Point {
         painter: Painter::BoundsIgnored,
         milliseconds: time.as_secs_f64() * 1e3,
-        wrong: wrong(&pixels, &right),
+        wrong: differing_pixels(&pixels, &right),
     });
     if let Some((milliseconds, picture)) = splat::measure(name, scene, size)? {
         points.push(Point {
             painter: Painter::Splat,
             milliseconds,
-            wrong: wrong(&picture, &right),
+            wrong: differing_pixels(&picture, &right),
         });
     }
     if judge == Method::Reference {
         points.push(Point {
-            painter: Painter::Method(judge, Form::Scalar),
+            painter: Painter::Method(judge),
             milliseconds: judged_in.as_secs_f64() * 1e3,
             wrong: 0,
         });
@@ -243,9 +243,9 @@ fn plot(measured: &[(String, Vec<Point>, f64)], threads: usize, path: &Path) -> 
 /// A place in the band of zero for each method, so that equal points stand apart.
 pub(crate) fn zero_row(method: Method) -> f64 {
     match method {
-        Method::Textbook => -0.12,
-        Method::Geometric => -0.24,
-        Method::Double => -0.36,
+        Method::Textbook(_) => -0.12,
+        Method::Geometric(_) => -0.24,
+        Method::Double(_) => -0.36,
         Method::Reference => -0.48,
         _ => -0.86,
     }
@@ -257,14 +257,14 @@ fn legend(root: &Area, threads: usize) -> Drawn {
     );
     text(root, (WIDTH as i32 / 2, 28), &title, LARGE, HPos::Center)?;
     let methods = [
-        (110, Method::Textbook),
-        (430, Method::Geometric),
-        (770, Method::Double),
+        (110, Method::Textbook(Form::Packets)),
+        (430, Method::Geometric(Form::Packets)),
+        (770, Method::Double(Form::Packets)),
         (1070, Method::Exact),
         (1270, Method::Reference),
     ];
     for (x, method) in methods {
-        mark(root, (x, 78), method, Form::Packets, RADIUS)?;
+        mark(root, (x, 78), method, RADIUS)?;
         text(root, (x + 30, 78), name(method), SMALL, HPos::Left)?;
     }
     let inexact = [

@@ -5,12 +5,12 @@ use std::{fmt::Write, fs, path::Path};
 use plotters::{prelude::*, style::text_anchor::HPos};
 use sfera::{
     camera::ImageSize,
-    families::{FAMILIES, Family},
-    render::{Form, Method},
+    render::{Form, Method, differing_pixels},
+    testing::families::{FAMILIES, Family},
 };
 
 use crate::{
-    measure::{judge, picture, wrong},
+    measure::{judge, picture},
     plot::{Area, Decades, Drawn, LARGE, SMALL, WIDTH, colour, mark, name, panel, text},
     speed::zero_row,
 };
@@ -26,9 +26,9 @@ const RADIUS: f64 = 8.0;
 /// Those on top are drawn last.
 const METHODS: [Method; 4] = [
     Method::Exact,
-    Method::Double,
-    Method::Geometric,
-    Method::Textbook,
+    Method::Double(Form::Packets),
+    Method::Geometric(Form::Packets),
+    Method::Textbook(Form::Packets),
 ];
 
 /// Wrong pixels per million of each method at each difficulty.
@@ -41,7 +41,7 @@ pub(crate) fn draw(folder: &Path) -> Drawn {
     let mut measured = Vec::new();
     for family in FAMILIES {
         println!("{}", family.name);
-        measured.push((family, measure(&family, &mut table)?));
+        measured.push((family, measure(family, &mut table)?));
     }
     fs::write(folder.join("stability.csv"), table)?;
     plot(&measured, &folder.join("stability.svg"))
@@ -61,10 +61,10 @@ fn measure(family: &Family, table: &mut String) -> Drawn<Curves> {
             for (index, method) in METHODS.into_iter().enumerate() {
                 if method == judge {
                     let right = picture(&scene, small, Method::Reference);
-                    sums[index] += wrong(&picture(&scene, small, method), &right);
+                    sums[index] += differing_pixels(&picture(&scene, small, method), &right);
                     pixels[index] += small.pixels();
                 } else {
-                    sums[index] += wrong(&picture(&scene, size, method), &right);
+                    sums[index] += differing_pixels(&picture(&scene, size, method), &right);
                     pixels[index] += size.pixels();
                 }
             }
@@ -75,12 +75,7 @@ fn measure(family: &Family, table: &mut String) -> Drawn<Curves> {
             writeln!(
                 table,
                 "{},{},{difficulty:e},{},{},{},{:.3}",
-                family.name,
-                family.knob,
-                format!("{method:?}").to_lowercase(),
-                pixels[index],
-                sums[index],
-                per_million[index],
+                family.name, family.knob, method, pixels[index], sums[index], per_million[index],
             )?;
         }
         curves.push((difficulty, per_million));
@@ -88,7 +83,7 @@ fn measure(family: &Family, table: &mut String) -> Drawn<Curves> {
     Ok(curves)
 }
 
-fn plot(measured: &[(Family, Curves)], path: &Path) -> Drawn {
+fn plot(measured: &[(&Family, Curves)], path: &Path) -> Drawn {
     const LEGEND: u32 = 150;
     const PANEL: u32 = 440;
     const PANELS_A_ROW: usize = 3;
@@ -126,13 +121,7 @@ fn plot(measured: &[(Family, Curves)], path: &Path) -> Drawn {
                 colour(method).stroke_width(4),
             ))?;
             for point in curve {
-                mark(
-                    &root,
-                    chart.backend_coord(&point),
-                    method,
-                    Form::Packets,
-                    RADIUS,
-                )?;
+                mark(&root, chart.backend_coord(&point), method, RADIUS)?;
             }
         }
     }
@@ -144,13 +133,8 @@ fn legend(root: &Area) -> Drawn {
     let title = "Where methods fail: wrong pixels against difficulty, harder to the right";
     text(root, (WIDTH as i32 / 2, 28), title, LARGE, HPos::Center)?;
     let mut x = 200;
-    for method in [
-        Method::Textbook,
-        Method::Geometric,
-        Method::Double,
-        Method::Exact,
-    ] {
-        mark(root, (x, 78), method, Form::Packets, RADIUS)?;
+    for method in METHODS.into_iter().rev() {
+        mark(root, (x, 78), method, RADIUS)?;
         text(root, (x + 24, 78), name(method), SMALL, HPos::Left)?;
         x += 360;
     }

@@ -324,20 +324,17 @@ impl Job {
     }
 
     pub(crate) fn method(&self) -> Method {
-        match self.method {
-            MethodName::Textbook => Method::Textbook,
-            MethodName::Geometric => Method::Geometric,
-            MethodName::Double => Method::Double,
-            MethodName::Exact => Method::Exact,
-            MethodName::Reference => Method::Reference,
-        }
-    }
-
-    pub(crate) fn form(&self) -> Form {
-        if self.scalar {
+        let form = if self.scalar {
             Form::Scalar
         } else {
             Form::Packets
+        };
+        match self.method {
+            MethodName::Textbook => Method::Textbook(form),
+            MethodName::Geometric => Method::Geometric(form),
+            MethodName::Double => Method::Double(form),
+            MethodName::Exact => Method::Exact,
+            MethodName::Reference => Method::Reference,
         }
     }
 

@@ -6,8 +6,8 @@ use std::{
 };
 
 use sfera::{
-    camera::{BYTES_PER_PIXEL, ImageSize},
-    render::{Form, Method, Renderer},
+    camera::ImageSize,
+    render::{Form, Method, Renderer, differing_pixels},
     scene::Scene,
 };
 
@@ -15,7 +15,6 @@ use sfera::{
 #[derive(Debug)]
 struct Entrant<'scene> {
     method: Method,
-    form: &'static str,
     renderer: Renderer<'scene>,
     time: Duration,
     wrong: u64,
@@ -43,30 +42,25 @@ const RUNS: usize = 5;
 
 impl<'scene> Comparison<'scene> {
     pub(crate) fn new(scene: &'scene Scene, size: ImageSize) -> Self {
-        let entrant = |method, form| Entrant {
+        let entrant = |method| Entrant {
             method,
-            form: match (method, form) {
-                (Method::Exact | Method::Reference, _) => "",
-                (_, Form::Scalar) => "scalar",
-                (_, Form::Packets) => "packets",
-            },
-            renderer: Renderer::new(scene, size, method, form),
+            renderer: Renderer::new(scene, size, method),
             time: Duration::ZERO,
             wrong: 0,
         };
         let affordable =
-            size.pixels().saturating_mul(scene.spheres.len() as u64) <= MOST_REFERENCE_TESTS;
+            size.pixels().saturating_mul(scene.spheres().len() as u64) <= MOST_REFERENCE_TESTS;
         let mut others = Vec::new();
         for method in [Method::Textbook, Method::Geometric, Method::Double] {
-            others.push(entrant(method, Form::Scalar));
-            others.push(entrant(method, Form::Packets));
+            others.push(entrant(method(Form::Scalar)));
+            others.push(entrant(method(Form::Packets)));
         }
         if affordable {
-            others.push(entrant(Method::Reference, Form::default()));
+            others.push(entrant(Method::Reference));
         }
         Self {
             size,
-            exact: entrant(Method::Exact, Form::default()),
+            exact: entrant(Method::Exact),
             others,
             affordable,
             pixels: Vec::new(),
@@ -79,12 +73,7 @@ impl<'scene> Comparison<'scene> {
         self.pixels.resize(right.len(), 0);
         for entrant in &mut self.others {
             entrant.draw(rows, &mut self.pixels);
-            entrant.wrong += self
-                .pixels
-                .chunks_exact(BYTES_PER_PIXEL)
-                .zip(right.chunks_exact(BYTES_PER_PIXEL))
-                .filter(|(pixel, right)| pixel != right)
-                .count() as u64;
+            entrant.wrong += differing_pixels(&self.pixels, right);
         }
     }
 
@@ -98,7 +87,10 @@ impl<'scene> Comparison<'scene> {
             table += &format!(
                 "{:<10} {:<8} {:>12.2} {:>17.1} {:>13} {:>18.2}\n",
                 entrant.method,
-                entrant.form,
+                entrant
+                    .method
+                    .form()
+                    .map_or_else(String::new, |form| form.to_string()),
                 seconds * 1e3,
                 pixels / seconds / 1e6,
                 entrant.wrong,
@@ -118,7 +110,7 @@ impl Entrant<'_> {
         let mut times = Vec::with_capacity(RUNS);
         loop {
             let start = Instant::now();
-            self.renderer.draw(rows.clone(), pixels, &|_| ());
+            self.renderer.draw(rows.clone(), pixels);
             times.push(start.elapsed());
             if times.len() == RUNS || times[0] > SHORT {
                 break;

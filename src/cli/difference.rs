@@ -2,7 +2,7 @@
 
 use sfera::{
     camera::{BYTES_PER_PIXEL, ImageSize},
-    render::{Form, Method, Renderer},
+    render::{Method, Renderer},
     scene::Scene,
 };
 
@@ -20,7 +20,7 @@ const WRONG: [u8; BYTES_PER_PIXEL] = [255, 0, 0];
 impl<'scene> Marker<'scene> {
     pub(crate) fn new(scene: &'scene Scene, size: ImageSize) -> Self {
         Self {
-            exact: Renderer::new(scene, size, Method::Exact, Form::default()),
+            exact: Renderer::new(scene, size, Method::Exact),
             right: Vec::new(),
             wrong: 0,
         }
@@ -29,7 +29,7 @@ impl<'scene> Marker<'scene> {
     /// Turns `pixels` that a method drew into marks.
     pub(crate) fn mark(&mut self, rows: std::ops::Range<u32>, pixels: &mut [u8]) {
         self.right.resize(pixels.len(), 0);
-        self.exact.draw(rows, &mut self.right, &|_| ());
+        self.exact.draw(rows, &mut self.right);
         self.wrong += mark(pixels, &self.right);
     }
 }

@@ -162,11 +162,12 @@ fn render(job: &Job, workers: &Workers) -> Result<(), Failure> {
     let progress = Progress::new(size, rows.len(), job.quiet);
     let mut counts = Counts::default();
     output.draw(rows, |rows, pixels| {
-        counts += renderer.draw(rows, pixels, &|drawn| {
+        counts += renderer.draw_with_progress(rows, pixels, &|drawn| {
             workers.has_drawn();
             workers.call_if_late();
             progress.advance(drawn);
         });
+        Ok(())
     })?;
     progress.finish();
     clock.lap("render");
@@ -184,7 +185,7 @@ fn render(job: &Job, workers: &Workers) -> Result<(), Failure> {
     if let Some(style) = job.stats {
         Report {
             job,
-            spheres: scene.spheres.len(),
+            spheres: scene.spheres().len(),
             threads: workers.that_drew(),
             counts,
             clock: &clock,
@@ -213,14 +214,14 @@ where
     K: Fn(&Sphere) -> bool + Sync,
 {
     Ok(if job.scene_is_standard_input() {
-        Scene::read_stream(&mut io::stdin(), STANDARD_INPUT.as_ref(), filter)
+        Scene::read_stream(&mut io::stdin(), STANDARD_INPUT, filter)
     } else {
         Scene::read_kept(&job.scene, filter)
     }?)
 }
 
 fn renderer<'scene>(job: &Job, scene: &'scene Scene) -> Renderer<'scene> {
-    Renderer::new(scene, job.size(), job.method(), job.form())
+    Renderer::new(scene, job.size(), job.method())
 }
 
 /// `--diff`: a second image, of the pixels that the method draws wrong. Returns how
@@ -234,8 +235,9 @@ fn draw_difference(
 ) -> Result<u64, Failure> {
     let mut marker = Marker::new(scene, job.size());
     output.draw(job.rows(), |rows, pixels| {
-        renderer.draw(rows.clone(), pixels, &|_| ());
+        renderer.draw(rows.clone(), pixels);
         marker.mark(rows, pixels);
+        Ok(())
     })?;
     output.publish(places)?;
     Ok(marker.wrong)
@@ -247,7 +249,10 @@ fn compare(job: &Job) -> Result<(), Failure> {
     let scene = read_scene(job)?;
     let mut output = places.open_image(job)?;
     let mut comparison = Comparison::new(&scene, job.size());
-    output.draw(job.rows(), |rows, pixels| comparison.draw(&rows, pixels))?;
+    output.draw(job.rows(), |rows, pixels| {
+        comparison.draw(&rows, pixels);
+        Ok(())
+    })?;
     output.publish(&places)?;
     print(comparison.table().as_bytes())
 }

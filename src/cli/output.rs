@@ -179,6 +179,18 @@ enum Target {
     Stream(Option<File>, ImageSize),
 }
 
+/// Why a stream ends before the picture does.
+enum StreamError {
+    Writing(io::Error),
+    Drawing(Failure),
+}
+
+impl From<io::Error> for StreamError {
+    fn from(error: io::Error) -> Self {
+        Self::Writing(error)
+    }
+}
+
 impl Output {
     pub(crate) fn open(destination: &Destination, job: &Job) -> Result<Self, Failure> {
         let Destination { path, kind, index } = destination;
@@ -223,16 +235,20 @@ impl Output {
     pub(crate) fn draw(
         &mut self,
         rows: Range<u32>,
-        draw: impl FnMut(Range<u32>, &mut [u8]),
+        mut draw: impl FnMut(Range<u32>, &mut [u8]) -> Result<(), Failure>,
     ) -> Result<(), Failure> {
         let path = &self.path;
         signals::draws(self.index, path);
+        let into_stream =
+            |rows, pixels: &mut [u8]| draw(rows, pixels).map_err(StreamError::Drawing);
+        let failed = |error| match error {
+            StreamError::Drawing(failure) => failure,
+            StreamError::Writing(error) => lost(path, error),
+        };
         match &mut self.target {
-            Target::Whole(image) => Ok(image.draw(draw)?),
-            Target::InPlace(image) => Ok(image.draw(rows, draw)?),
-            Target::Png(new, size) => {
-                png::write(new.file(), *size, draw).map_err(|error| lost(path, error))
-            }
+            Target::Whole(image) => image.try_draw(draw),
+            Target::InPlace(image) => image.try_draw(rows, draw),
+            Target::Png(new, size) => png::write(new.file(), *size, into_stream).map_err(failed),
             Target::Stream(open, size) => {
                 let mut stream = match open.take() {
                     Some(stream) => stream,
@@ -240,11 +256,11 @@ impl Output {
                         .map_err(|error| lost(path, error))?,
                 };
                 if png::is_name_of_png(path) {
-                    png::write(&mut stream, *size, draw)
+                    png::write(&mut stream, *size, into_stream)
                 } else {
-                    ppm::write_image(&mut stream, *size, draw)
+                    ppm::try_write_image(&mut stream, *size, into_stream)
                 }
-                .map_err(|error| lost(path, error))
+                .map_err(failed)
             }
         }
     }

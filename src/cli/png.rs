@@ -35,11 +35,11 @@ pub(crate) const LONGEST_SIDE: u32 = i32::MAX as u32;
 pub(crate) const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
 /// Writes a whole image, a group of rows at a time.
-pub(crate) fn write(
+pub(crate) fn write<E: From<io::Error>>(
     stream: impl Write,
     size: ImageSize,
-    mut draw: impl FnMut(Range<u32>, &mut [u8]),
-) -> io::Result<()> {
+    mut draw: impl FnMut(Range<u32>, &mut [u8]) -> Result<(), E>,
+) -> Result<(), E> {
     /// Bytes of a chunk of compressed pixels.
     const CHUNK: usize = 1 << 16;
     let mut encoder = png::Encoder::new(stream, size.width(), size.height());
@@ -51,11 +51,11 @@ pub(crate) fn write(
     let mut buffer = Vec::new();
     for rows in ppm::row_groups(size, 0..size.height()) {
         buffer.resize(rows.len() * size.row_bytes(), 0);
-        draw(rows, &mut buffer);
+        draw(rows, &mut buffer)?;
         pixels.write_all(&buffer)?;
     }
     pixels.finish().map_err(unwritten)?;
-    writer.finish().map_err(unwritten)
+    Ok(writer.finish().map_err(unwritten)?)
 }
 
 fn unwritten(error: EncodingError) -> io::Error {

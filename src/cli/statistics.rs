@@ -6,7 +6,7 @@ use std::{
 };
 
 use clap::ValueEnum;
-use sfera::render::{Counts, Form, Method};
+use sfera::render::{Counts, Method};
 
 use super::{arguments::Job, tell};
 
@@ -103,7 +103,7 @@ impl Report<'_> {
                 let comma = if index == 0 { "" } else { ", " };
                 let _ = write!(text, "{comma}{pixels} pixels by {rung}");
             }
-            let _ = writeln!(text, "; {} spheres looked at", self.counts.tests);
+            let _ = writeln!(text, "; {} spheres looked at", self.counts.sphere_tests);
         }
         text
     }
@@ -118,11 +118,7 @@ impl Report<'_> {
             rows.end,
             self.spheres,
             job.method(),
-            if job.form() == Form::Scalar {
-                "scalar"
-            } else {
-                "packets"
-            },
+            job.method().form().unwrap_or_default(),
             self.threads,
         );
         json += &self.clock.json();
@@ -132,12 +128,12 @@ impl Report<'_> {
             self.pixels() / self.clock.total().as_secs_f64(),
         );
         if job.method() == Method::Exact {
-            json.push_str(",\"settled\":{");
+            json.push_str(",\"settled_pixels\":{");
             for (index, (rung, pixels)) in rungs(&self.counts).into_iter().enumerate() {
                 let comma = if index == 0 { "" } else { "," };
                 let _ = write!(json, "{comma}\"{rung}\":{pixels}");
             }
-            let _ = write!(json, "}},\"tests\":{}", self.counts.tests);
+            let _ = write!(json, "}},\"sphere_tests\":{}", self.counts.sphere_tests);
         }
         json.push('}');
         json
@@ -147,11 +143,11 @@ impl Report<'_> {
 /// The rungs of the ladder, and the pixels that each settled.
 fn rungs(counts: &Counts) -> [(&'static str, u64); 5] {
     [
-        ("rectangles", counts.rectangles),
-        ("packets", counts.packets),
-        ("doubles", counts.doubles),
-        ("double_doubles", counts.double_doubles),
-        ("integers", counts.integers),
+        ("runs", counts.pixels_in_runs),
+        ("packets", counts.pixels_in_packets),
+        ("doubles", counts.pixels_in_doubles),
+        ("double_doubles", counts.pixels_in_double_doubles),
+        ("integers", counts.pixels_in_integers),
     ]
 }
 

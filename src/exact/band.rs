@@ -129,7 +129,7 @@ impl<'a> Band<'a> {
     fn counted(mut self) -> Counts {
         let columns = self.row_bytes / BYTES_PER_PIXEL;
         let pixels = ((self.last - self.first) * columns) as u64;
-        self.counts.rectangles = pixels - self.counts.beyond_rectangles();
+        self.counts.pixels_in_runs = pixels - self.counts.pixels_beyond_runs();
         self.counts
     }
 
@@ -158,7 +158,7 @@ impl<'a> Band<'a> {
                 &mut doubtful,
             );
         }
-        self.counts.tests += large.len() as u64;
+        self.counts.sphere_tests += large.len() as u64;
         // Several outlines may pass one pixel: it is decided, and counted, once.
         doubtful.sort_unstable();
         doubtful.dedup();
@@ -223,7 +223,7 @@ impl<'a> Band<'a> {
         }
         let (grid, bounds) = (&self.engine.grid, self.engine.bounds);
         self.scratch.coverage.find(grid, tile, records, bounds);
-        self.counts.tests += records.len() as u64;
+        self.counts.sphere_tests += records.len() as u64;
         self.draw_few(tile);
     }
 
@@ -315,7 +315,7 @@ impl<'a> Band<'a> {
                 let wanted = |row: usize| {
                     coverage.contested[row / LANES][row % LANES] & coverage.outer(covering, row)
                 };
-                self.counts.tests += if depths.known >> lane & 1 == 0 {
+                self.counts.sphere_tests += if depths.known >> lane & 1 == 0 {
                     let at = (tile.column, tile.row);
                     meeting.in_doubles(pixels, &engine.grid, at, engine.bounds, wanted)
                 } else if engine.bounds == Bounds::Ignored {
@@ -359,7 +359,7 @@ impl<'a> Band<'a> {
                         .copy_from_slice(&bytes_of(colours.as_array()[lane]));
                 }
             }
-            self.counts.packets += u64::from((bits & !open).count_ones());
+            self.counts.pixels_in_packets += u64::from((bits & !open).count_ones());
             for lane in set_bits(open) {
                 self.decide_contested(tile, first + lane, row);
             }
@@ -411,7 +411,7 @@ impl<'a> Band<'a> {
             background: engine.scene.background,
             tile: *tile,
         };
-        self.counts.tests += crowd.meet(&crowded, records, pixels);
+        self.counts.sphere_tests += crowd.meet(&crowded, records, pixels);
         // Boxes may reach into rows that are not drawn now.
         for row in 0..self.engine.bins.side() as usize {
             if (tile.first..tile.last).contains(&row) {
@@ -430,7 +430,7 @@ impl<'a> Band<'a> {
             Bounds::Ignored => 0,
             Bounds::Proven | Bounds::Refused => pixels.all_open(tile.width),
         };
-        self.counts.packets += tile.width as u64 - u64::from(open.count_ones());
+        self.counts.pixels_in_packets += tile.width as u64 - u64::from(open.count_ones());
         for column in set_bits(open) {
             let Scratch {
                 crowd, candidates, ..

@@ -27,6 +27,7 @@ mod band;
 mod bins;
 mod bounds;
 mod boxes;
+mod counts;
 mod coverage;
 mod crowd;
 mod decide;
@@ -44,67 +45,25 @@ mod sight;
 mod tests;
 #[cfg(test)]
 mod trials;
+pub(crate) mod tuning;
 
 #[doc = include_str!("proof.md")]
 pub mod proof {}
 
-use std::ops::{AddAssign, Range};
+use std::ops::Range;
 
 pub(crate) use band::Scratch;
 use bins::Bins;
 use boxes::Boxes;
-use decide::Rung;
+pub use counts::Counts;
 use grid::{EightSpheres, Grid};
+use tuning::{Bounds, Tuning};
 
 use crate::{
     camera::{Camera, ImageSize},
     scene::{Scene, Viewport},
     spheres::{LANES, Sphere, Spheres},
 };
-
-/// How many pixels each rung of the ladder settled, and at what effort.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Counts {
-    /// Pixels settled in runs, without looking at them.
-    pub rectangles: u64,
-    /// Pixels settled by a packet.
-    pub packets: u64,
-    /// Pixels settled one by one in doubles.
-    pub doubles: u64,
-    /// Pixels settled one by one in double-doubles.
-    pub double_doubles: u64,
-    /// Pixels settled one by one in integers.
-    pub integers: u64,
-    /// Spheres met by a row or by a packet.
-    pub tests: u64,
-}
-
-impl Counts {
-    fn settled_by(&mut self, rung: Rung) {
-        match rung {
-            Rung::Doubles => self.doubles += 1,
-            Rung::DoubleDoubles => self.double_doubles += 1,
-            Rung::Integers => self.integers += 1,
-        }
-    }
-
-    /// All but `rectangles`.
-    fn beyond_rectangles(&self) -> u64 {
-        self.packets + self.doubles + self.double_doubles + self.integers
-    }
-}
-
-impl AddAssign for Counts {
-    fn add_assign(&mut self, other: Self) {
-        self.rectangles += other.rectangles;
-        self.packets += other.packets;
-        self.doubles += other.doubles;
-        self.double_doubles += other.double_doubles;
-        self.integers += other.integers;
-        self.tests += other.tests;
-    }
-}
 
 /// The places of the bits that are set.
 fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
@@ -113,38 +72,6 @@ fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
         bits &= bits.wrapping_sub(1);
         place
     })
-}
-
-/// What the engine makes of its error bounds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[doc(hidden)]
-pub enum Bounds {
-    /// They decide what is settled.
-    #[default]
-    Proven,
-    /// Nothing is settled before integers: for tests.
-    Refused,
-    /// Everything is settled at once, as if nothing were rounded: for benches.
-    Ignored,
-}
-
-/// How an engine goes about its work; the picture is the same.
-#[derive(Clone, Copy, Debug)]
-#[doc(hidden)]
-pub struct Tuning {
-    /// Side of a tile: 8, 16, 32 or 64.
-    pub tile: u32,
-    /// What is made of error bounds.
-    pub bounds: Bounds,
-}
-
-impl Default for Tuning {
-    fn default() -> Self {
-        Self {
-            tile: 64,
-            bounds: Bounds::default(),
-        }
-    }
 }
 
 /// Whether a sphere may show in some rows of a picture, so that a scene can be read

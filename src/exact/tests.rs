@@ -9,10 +9,10 @@ use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use super::{Bounds, Engine, Scratch, Tuning, band::colour_of, decide::decide, trials::Random};
 use crate::{
     camera::{BYTES_PER_PIXEL, Camera, ImageSize},
-    families::{FAMILIES, cloud},
-    render::{Form, Method, Renderer},
+    render::{Method, Renderer},
     scene::{Scene, Viewport},
     spheres::{Rgb, Sphere},
+    testing::families::{FAMILIES, cloud},
 };
 
 const TILES: [u32; 4] = [8, 16, 32, 64];
@@ -23,18 +23,13 @@ fn size(width: u32, height: u32) -> ImageSize {
 
 fn tuned(scene: &Scene, size: ImageSize, tile: u32, bounds: Bounds) -> Renderer<'_> {
     let tuning = Tuning { tile, bounds };
-    Renderer::tuned(scene, size, Method::Exact, Form::default(), tuning)
+    Renderer::tuned(scene, size, Method::Exact, tuning)
 }
 
 fn draw(scene: &Scene, size: ImageSize, tile: u32, bounds: Bounds) -> Vec<u8> {
     let mut pixels = vec![0xa5; size.pixel_bytes()];
-    let counts = tuned(scene, size, tile, bounds).draw(0..size.height(), &mut pixels, &|_| ());
-    let settled = counts.rectangles
-        + counts.packets
-        + counts.doubles
-        + counts.double_doubles
-        + counts.integers;
-    assert_eq!(settled, size.pixels(), "{counts:?}");
+    let counts = tuned(scene, size, tile, bounds).draw(0..size.height(), &mut pixels);
+    assert_eq!(counts.pixels(), size.pixels(), "{counts:?}");
     pixels
 }
 
@@ -99,8 +94,8 @@ fn assert_alike(scene: &Scene, size: ImageSize, first: &[u8], tiles: &[u32], wha
     let mut parts = vec![0; size.pixel_bytes()];
     let (above, below) = parts.split_at_mut(size.row_bytes() * cut as usize);
     let renderer = tuned(scene, size, tiles[0], Bounds::Proven);
-    renderer.draw(cut..size.height(), below, &|_| ());
-    renderer.draw(0..cut, above, &|_| ());
+    renderer.draw(cut..size.height(), below);
+    renderer.draw(0..cut, above);
     assert!(first == parts, "{size:?}, cut at row {cut}, {what}");
 }
 

@@ -9,13 +9,13 @@ use wide::f64x8;
 
 use super::{
     bins::Record,
-    bounds::U,
     boxes::Boxes,
     coverage::Tile,
     depths::Rectangles,
     grid::{EightSpheres, Grid},
     packet::SIDE,
 };
+pub(super) use crate::testing::random::Random;
 use crate::{
     camera::{Camera, ImageSize},
     scene::Viewport,
@@ -445,7 +445,7 @@ pub(super) fn sphere(random: &mut Random, camera: &Camera, column: u32, row: u32
         }
         _ => {
             let any = |random: &mut Random| loop {
-                let float = f32::from_bits(random.next() as u32);
+                let float = f32::from_bits(random.bits() as u32);
                 if float.is_finite() {
                     return f64::from(float);
                 }
@@ -478,45 +478,4 @@ fn whole_touching(random: &mut Random, camera: &Camera, column: u32, row: u32) -
     let x = (x_slope(camera, column) * depth * 16.0).round() / 16.0;
     let y = (y_slope(camera, row) * depth * 16.0).round() / 16.0;
     [x, y, depth]
-}
-
-/// `SplitMix64`, as in [`families`](crate::families).
-pub(super) struct Random(u64);
-
-impl Random {
-    pub(super) fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    pub(super) fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * (self.next() >> 11) as f64 * U
-    }
-
-    pub(super) fn below(&mut self, count: u64) -> u64 {
-        self.next() % count
-    }
-
-    /// Evenly by magnitude.
-    pub(super) fn power(&mut self, base: f64, low: f64, high: f64) -> f64 {
-        base.powf(self.between(low, high))
-    }
-
-    fn sign(&mut self) -> f64 {
-        if self.below(2) == 0 { 1.0 } else { -1.0 }
-    }
-
-    fn direction(&mut self) -> [f64; 3] {
-        let z = self.between(-1.0, 1.0);
-        let angle = self.between(0.0, std::f64::consts::TAU);
-        let across = (1.0 - z * z).sqrt();
-        [across * angle.cos(), across * angle.sin(), z]
-    }
 }

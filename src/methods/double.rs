@@ -10,8 +10,7 @@ use super::{NONE, Seen, index_double_lanes};
 use crate::{camera::DOUBLE_LANES, spheres::Spheres};
 
 /// The nearest sphere along `(x, y, z)`.
-#[must_use]
-pub fn scalar(spheres: &Spheres, [x, y, z]: [f64; 3]) -> Seen {
+pub(crate) fn scalar(spheres: &Spheres, [x, y, z]: [f64; 3]) -> Seen {
     let length = (x * x + y * y + z * z).sqrt();
     let (dx, dy, dz) = (x / length, y / length, z / length);
     let mut nearest = f64::INFINITY;
@@ -39,8 +38,7 @@ pub fn scalar(spheres: &Spheres, [x, y, z]: [f64; 3]) -> Seen {
 }
 
 /// [`scalar`] on 4 rays of a row.
-#[must_use]
-pub fn packet(spheres: &Spheres, x: f64x4, y: f64, z: f64) -> [Seen; DOUBLE_LANES] {
+pub(crate) fn packet(spheres: &Spheres, x: f64x4, y: f64, z: f64) -> [Seen; DOUBLE_LANES] {
     let (y, z) = (f64x4::splat(y), f64x4::splat(z));
     let zero = f64x4::ZERO;
     let half = f64x4::splat(0.5);

@@ -18,8 +18,7 @@ use super::{NONE, Seen, index_lanes};
 use crate::spheres::{LANES, Spheres};
 
 /// The nearest sphere along `(x, y, z)`.
-#[must_use]
-pub fn scalar(spheres: &Spheres, [x, y, z]: [f32; 3]) -> Seen {
+pub(crate) fn scalar(spheres: &Spheres, [x, y, z]: [f32; 3]) -> Seen {
     let length = (x * x + y * y + z * z).sqrt();
     let (dx, dy, dz) = (x / length, y / length, z / length);
     let mut nearest = f32::INFINITY;
@@ -49,8 +48,7 @@ pub fn scalar(spheres: &Spheres, [x, y, z]: [f32; 3]) -> Seen {
 }
 
 /// [`scalar`] on 8 rays of a row.
-#[must_use]
-pub fn packet(spheres: &Spheres, x: f32x8, y: f32, z: f32) -> [Seen; LANES] {
+pub(crate) fn packet(spheres: &Spheres, x: f32x8, y: f32, z: f32) -> [Seen; LANES] {
     let (y, z) = (f32x8::splat(y), f32x8::splat(z));
     let zero = f32x8::ZERO;
     let length = (x * x + y * y + z * z).sqrt();

@@ -12,10 +12,10 @@ pub mod geometric;
 pub mod textbook;
 
 /// The sphere seen, or [`NONE`].
-pub type Seen = u32;
+pub(crate) type Seen = u32;
 
 /// No sphere is seen: background.
-pub const NONE: Seen = u32::MAX;
+pub(crate) const NONE: Seen = u32::MAX;
 
 /// The lanes of a float mask as a bit each, and the sphere index carried in the
 /// bits of a float lane: indices are selected with the same masks as depths.

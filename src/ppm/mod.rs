@@ -100,6 +100,6 @@ pub use self::{
     new_file::NewFile,
     read::{Picture, row_groups},
     shared::SharedImage,
-    stream::write_image,
+    stream::{try_write_image, write_image},
     target::Place,
 };

@@ -15,17 +15,17 @@ use crate::camera::ImageSize;
 /// A new image: a file without a name until it is complete.
 ///
 /// ```
-/// use sfera::{camera::ImageSize, ppm::MappedImage, render::{Form, Method, Renderer}, scene::Scene};
+/// use sfera::{camera::ImageSize, ppm::MappedImage, render::{Method, Renderer}, scene::Scene};
 ///
 /// # let folder = tempfile::tempdir()?;
 /// # let path = folder.path().join("ball.ppm");
 /// let scene = Scene::parse(b"VP 1 1 1 BG 255 255 255 OBJ_N 1 S 0 0 5 1 200 0 0")?;
 /// let size = ImageSize::new(64, 48)?;
-/// let renderer = Renderer::new(&scene, size, Method::default(), Form::default());
+/// let renderer = Renderer::new(&scene, size, Method::Exact);
 ///
 /// let mut image = MappedImage::create(&path, size)?;
 /// image.draw(|rows, pixels| {
-///     renderer.draw(rows, pixels, &|_| ());
+///     renderer.draw(rows, pixels);
 /// })?;
 /// assert!(!path.exists());
 /// image.publish()?;
@@ -45,7 +45,7 @@ impl MappedImage {
     /// # Errors
     ///
     /// If the image could not be made or replaced there, or there is no room.
-    pub fn create(path: &Path, size: ImageSize) -> Result<Self, ImageError> {
+    pub fn create(path: impl AsRef<Path>, size: ImageSize) -> Result<Self, ImageError> {
         Self::create_watched(path, size, |_| ())
     }
 
@@ -56,7 +56,11 @@ impl MappedImage {
     /// # Errors
     ///
     /// If the image could not be made or replaced there, or there is no room.
-    pub fn create_watched(path: &Path, size: ImageSize, watch: Watch) -> Result<Self, ImageError> {
+    pub fn create_watched(
+        path: impl AsRef<Path>,
+        size: ImageSize,
+        watch: Watch,
+    ) -> Result<Self, ImageError> {
         let NewFile { file, becoming } = NewFile::create_watched(path, watch)?;
         let path = becoming.target.path.clone();
         let mapped = system::reserve(&file, file_bytes(size)).map_err(refused(&path, RESERVE))?;
@@ -77,7 +81,23 @@ impl MappedImage {
     /// # Errors
     ///
     /// If the file can't be mapped or written.
-    pub fn draw(&mut self, draw: impl FnMut(Range<u32>, &mut [u8])) -> Result<(), ImageError> {
+    pub fn draw(&mut self, mut draw: impl FnMut(Range<u32>, &mut [u8])) -> Result<(), ImageError> {
+        self.try_draw(|rows, pixels| {
+            draw(rows, pixels);
+            Ok(())
+        })
+    }
+
+    /// As [`draw`](Self::draw), and ends with the first error of `draw`. The image must
+    /// not be published then.
+    ///
+    /// # Errors
+    ///
+    /// If the file can't be mapped or written, or `draw` fails.
+    pub fn try_draw<E: From<ImageError>>(
+        &mut self,
+        draw: impl FnMut(Range<u32>, &mut [u8]) -> Result<(), E>,
+    ) -> Result<(), E> {
         self.rows.draw(0..self.rows.size.height(), draw)
     }
 

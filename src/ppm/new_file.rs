@@ -47,7 +47,7 @@ impl NewFile {
     /// # Errors
     ///
     /// If the file could not be made or replaced there.
-    pub fn create(path: &Path) -> Result<Self, ImageError> {
+    pub fn create(path: impl AsRef<Path>) -> Result<Self, ImageError> {
         Self::create_watched(path, |_| ())
     }
 
@@ -58,8 +58,8 @@ impl NewFile {
     /// # Errors
     ///
     /// If the file could not be made or replaced there.
-    pub fn create_watched(path: &Path, watch: Watch) -> Result<Self, ImageError> {
-        let target = Target::find(path)?;
+    pub fn create_watched(path: impl AsRef<Path>, watch: Watch) -> Result<Self, ImageError> {
+        let target = Target::find(path.as_ref())?;
         target.may_be_replaced()?;
         let permissions = match &target.found {
             Some(found) => Some(Permissions::of(&target.path, found)?),

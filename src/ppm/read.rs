@@ -29,7 +29,7 @@ pub fn row_groups(size: ImageSize, rows: Range<u32>) -> impl Iterator<Item = Ran
 /// use sfera::{camera::ImageSize, ppm::Picture};
 ///
 /// let stream = b"P6 # by hand\r\n2 1 255 \t\t\t\t\t\t".as_slice();
-/// let mut picture = Picture::new(stream, "a string".as_ref(), ImageSize::new(2, 1)?)?;
+/// let mut picture = Picture::new(stream, "a string", ImageSize::new(2, 1)?)?;
 /// let mut pixels = [0; 6];
 /// picture.read(&mut pixels)?;
 /// picture.finish()?;
@@ -52,7 +52,8 @@ impl Picture<BufReader<File>> {
     /// # Errors
     ///
     /// If it can't be read or is not a binary PPM of this size.
-    pub fn open(path: &Path, size: ImageSize, row: u32) -> Result<Self, ImageError> {
+    pub fn open(path: impl AsRef<Path>, size: ImageSize, row: u32) -> Result<Self, ImageError> {
+        let path = path.as_ref();
         let file = File::open(path).map_err(refused(path, OPEN))?;
         let metadata = file.metadata().map_err(refused(path, "ask its size"))?;
         if metadata.is_dir() {
@@ -82,8 +83,8 @@ impl<R: BufRead> Picture<R> {
     /// # Errors
     ///
     /// If it can't be read or is not a binary PPM of this size.
-    pub fn new(source: R, name: &Path, size: ImageSize) -> Result<Self, ImageError> {
-        Self::of_length(source, name, size, None)
+    pub fn new(source: R, name: impl AsRef<Path>, size: ImageSize) -> Result<Self, ImageError> {
+        Self::of_length(source, name.as_ref(), size, None)
     }
 
     fn of_length(

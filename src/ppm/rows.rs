@@ -29,11 +29,13 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    pub(super) fn draw(
+    pub(super) fn draw<E: From<ImageError>>(
         &self,
         rows: Range<u32>,
-        mut draw: impl FnMut(Range<u32>, &mut [u8]),
-    ) -> Result<(), ImageError> {
+        mut draw: impl FnMut(Range<u32>, &mut [u8]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let height = self.size.height();
+        assert!(rows.end <= height, "rows {rows:?} of an image of {height}");
         let mut buffer = Vec::new();
         let bytes = if self.mapped {
             WINDOW_BYTES
@@ -57,10 +59,10 @@ impl Rows {
                 };
                 let before = (start - window.start) as usize;
                 let mut window = map(&self.file, window).map_err(refused(&self.path, "map it"))?;
-                draw(group, &mut window[before..before + length]);
+                draw(group, &mut window[before..before + length])?;
             } else {
                 buffer.resize(length, 0);
-                draw(group, &mut buffer);
+                draw(group, &mut buffer)?;
                 system::write_at(&self.file, &buffer, start).map_err(refused(&self.path, WRITE))?;
             }
         }

@@ -48,7 +48,7 @@ impl SharedImage {
     /// # Errors
     ///
     /// If there is something else at `path`, or no room.
-    pub fn open(path: &Path, size: ImageSize) -> Result<Self, ImageError> {
+    pub fn open(path: impl AsRef<Path>, size: ImageSize) -> Result<Self, ImageError> {
         Self::open_watched(path, size, |_| ())
     }
 
@@ -58,7 +58,12 @@ impl SharedImage {
     /// # Errors
     ///
     /// If there is something else at `path`, or no room.
-    pub fn open_watched(path: &Path, size: ImageSize, watch: Watch) -> Result<Self, ImageError> {
+    pub fn open_watched(
+        path: impl AsRef<Path>,
+        size: ImageSize,
+        watch: Watch,
+    ) -> Result<Self, ImageError> {
+        let path = path.as_ref();
         let mut target = Target::find(path)?;
         if target.found.is_none() {
             Self::make(&target.path, size, watch)?;
@@ -104,15 +109,41 @@ impl SharedImage {
     /// # Errors
     ///
     /// If the file can't be mapped or written, or has lost its name meanwhile.
+    ///
+    /// # Panics
+    ///
+    /// If `rows` reach past the image.
     pub fn draw(
         &mut self,
         rows: Range<u32>,
-        draw: impl FnMut(Range<u32>, &mut [u8]),
+        mut draw: impl FnMut(Range<u32>, &mut [u8]),
     ) -> Result<(), ImageError> {
+        self.try_draw(rows, |rows, pixels| {
+            draw(rows, pixels);
+            Ok(())
+        })
+    }
+
+    /// As [`draw`](Self::draw), and ends with the first error of `draw`. Rows that were
+    /// handed to it have changed by then.
+    ///
+    /// # Errors
+    ///
+    /// If the file can't be mapped or written, or has lost its name meanwhile, or `draw`
+    /// fails.
+    ///
+    /// # Panics
+    ///
+    /// If `rows` reach past the image.
+    pub fn try_draw<E: From<ImageError>>(
+        &mut self,
+        rows: Range<u32>,
+        draw: impl FnMut(Range<u32>, &mut [u8]) -> Result<(), E>,
+    ) -> Result<(), E> {
         self.rows.draw(rows, draw)?;
         let Rows { file, path, .. } = &self.rows;
         system::settle(file).map_err(refused(path, WRITE))?;
-        self.still_has_its_name()
+        Ok(self.still_has_its_name()?)
     }
 
     /// Rows of a file that was removed or replaced are lost.

@@ -30,12 +30,28 @@ pub fn write_image(
     size: ImageSize,
     mut draw: impl FnMut(Range<u32>, &mut [u8]),
 ) -> io::Result<()> {
+    try_write_image(stream, size, |rows, pixels| {
+        draw(rows, pixels);
+        Ok(())
+    })
+}
+
+/// As [`write_image`], and ends with the first error of `draw`.
+///
+/// # Errors
+///
+/// If the stream can't be written, or `draw` fails.
+pub fn try_write_image<E: From<io::Error>>(
+    stream: &mut impl Write,
+    size: ImageSize,
+    mut draw: impl FnMut(Range<u32>, &mut [u8]) -> Result<(), E>,
+) -> Result<(), E> {
     stream.write_all(header(size).as_bytes())?;
     let mut buffer = Vec::new();
     for group in groups(size, 0..size.height(), BUFFER_BYTES) {
         buffer.resize(group.len() * size.row_bytes(), 0);
-        draw(group, &mut buffer);
+        draw(group, &mut buffer)?;
         stream.write_all(&buffer)?;
     }
-    stream.flush()
+    Ok(stream.flush()?)
 }

@@ -176,7 +176,8 @@ impl Place {
     /// # Errors
     ///
     /// If the file system can't be asked.
-    pub fn of(path: &Path) -> Result<Self, ImageError> {
+    pub fn of(path: impl AsRef<Path>) -> Result<Self, ImageError> {
+        let path = path.as_ref();
         let target = follow(path)?;
         if let Some(found) = &target.found {
             return Ok(Self::of_file(found));

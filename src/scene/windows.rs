@@ -20,7 +20,6 @@ use crate::spheres::{Slots, Sphere};
 
 /// How much is taken at a time, in bytes.
 #[derive(Clone, Copy, Debug)]
-#[doc(hidden)]
 pub struct Sizes {
     /// The first window: a scene no longer than this is read without ado.
     pub first: usize,
@@ -665,7 +664,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::families::cloud;
+    use crate::testing::families::cloud;
 
     /// The parser alone, word by word, the whole text at once.
     const JUDGE: Sizes = Sizes {

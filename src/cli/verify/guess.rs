@@ -13,8 +13,8 @@ use std::{
 use rayon::prelude::*;
 use sfera::{
     camera::{BYTES_PER_PIXEL, Camera, ImageSize},
-    render::{Form, Method, Renderer},
-    scene::Scene,
+    render::{Method, Renderer},
+    scene::{Scene, Viewport},
     spheres::Sphere,
 };
 
@@ -181,13 +181,16 @@ const PATIENCE: Duration = Duration::from_secs(30);
 /// The guess that explains the sample best, if it explains nearly all of it:
 /// found step by step, each time by the change that explains most.
 pub(super) fn best_fit(scene: &Scene, size: ImageSize, sample: &Sample) -> Option<Fit> {
-    let reaches_behind = |sphere: Sphere| sphere.centre[2] < sphere.radius;
+    let reaches_behind = |sphere: Sphere| sphere.centre()[2] < sphere.radius();
     let trial = Trial {
         scene,
         size,
         sample,
-        behind: scene.spheres.iter().any(reaches_behind),
-        inside: scene.spheres.iter().any(|sphere| is_around_camera(&sphere)),
+        behind: scene.spheres().iter().any(reaches_behind),
+        inside: scene
+            .spheres()
+            .iter()
+            .any(|sphere| is_around_camera(&sphere)),
         start: Instant::now(),
     };
     let all = trial.wrong(Guess::RIGHT)?;
@@ -233,29 +236,23 @@ impl Trial<'_> {
             Depth::EitherSide => self.behind,
             Depth::Outside => self.inside,
             Depth::Least => {
-                let tests = size.pixels().checked_mul(self.scene.spheres.len() as u64);
+                let tests = size.pixels().checked_mul(self.scene.spheres().len() as u64);
                 let share = self.size.pixels() / self.sample.pixels().max(1);
                 self.behind && tests? / share.max(1) <= MOST_TESTS
             }
         };
-        let viewport = self.scene.viewport;
-        let largest = [
-            f64::from(viewport.width) * columns.stretch,
-            f64::from(viewport.height) * rows.stretch,
-        ];
-        let fits = largest.iter().all(|&side| side <= f64::from(f32::MAX));
-        if !possible || !fits || self.start.elapsed() > PATIENCE {
+        if !possible || self.start.elapsed() > PATIENCE {
             return None;
         }
         let altered;
         let scene = if guess.depth == Depth::Nearest && columns.stretch * rows.stretch == 1.0 {
             self.scene
         } else {
-            altered = altered_scene(self.scene, guess.depth, [columns.stretch, rows.stretch]);
+            altered = altered_scene(self.scene, guess.depth, [columns.stretch, rows.stretch])?;
             &altered
         };
         let lines = (guess.depth == Depth::Least).then(|| Lines::new(scene, size));
-        let engine = Renderer::new(scene, size, Method::Exact, Form::default());
+        let engine = Renderer::new(scene, size, Method::Exact);
         let mut drawn = Vec::new();
         let mut wrong = 0;
         for (piece, found) in &self.sample.pieces {
@@ -266,7 +263,7 @@ impl Trial<'_> {
             match &lines {
                 Some(lines) => lines.draw(source, &mut drawn),
                 None => {
-                    engine.draw(source, &mut drawn, &|_| ());
+                    engine.draw(source, &mut drawn);
                 }
             }
             wrong += self.unlike(guess.orientation, [columns, rows], found, &drawn);
@@ -337,37 +334,41 @@ impl Orientation {
 }
 
 /// A viewport of another size, and the spheres of which the engine draws what a
-/// program sees that chooses its hits in this way.
-fn altered_scene(scene: &Scene, depth: Depth, [across, upright]: [f64; 2]) -> Scene {
-    let spheres = scene.spheres.iter();
-    let mut viewport = scene.viewport;
-    viewport.width = (f64::from(viewport.width) * across) as f32;
-    viewport.height = (f64::from(viewport.height) * upright) as f32;
-    Scene {
-        viewport,
-        background: scene.background,
-        spheres: match depth {
-            Depth::Nearest | Depth::Least => spheres.collect(),
-            Depth::EitherSide => spheres
-                .flat_map(|sphere| [sphere, reflected(sphere)])
-                .collect(),
-            Depth::Outside => spheres.filter(|sphere| !is_around_camera(sphere)).collect(),
-        },
+/// program sees that chooses its hits in this way; none if they are no scene.
+fn altered_scene(scene: &Scene, depth: Depth, [across, upright]: [f64; 2]) -> Option<Scene> {
+    let viewport = scene.viewport();
+    let viewport = Viewport::new(
+        (f64::from(viewport.width()) * across) as f32,
+        (f64::from(viewport.height()) * upright) as f32,
+        viewport.distance(),
+    );
+    let (viewport, background) = (viewport.ok()?, scene.background());
+    let spheres = scene.spheres().iter();
+    match depth {
+        Depth::Nearest | Depth::Least => Scene::new(viewport, background, spheres),
+        Depth::EitherSide => {
+            let with_reflected = spheres.flat_map(|sphere| [Some(sphere), reflected(sphere)]);
+            Scene::new(viewport, background, with_reflected.flatten())
+        }
+        Depth::Outside => {
+            let outside = spheres.filter(|sphere| !is_around_camera(sphere));
+            Scene::new(viewport, background, outside)
+        }
     }
+    .ok()
 }
 
-fn reflected(sphere: Sphere) -> Sphere {
-    Sphere {
-        centre: sphere.centre.map(|coordinate| -coordinate),
-        ..sphere
-    }
+/// The sphere on the other side of the camera.
+fn reflected(sphere: Sphere) -> Option<Sphere> {
+    let centre = sphere.centre().map(|coordinate| -coordinate);
+    Sphere::new(centre, sphere.radius(), sphere.colour()).ok()
 }
 
 fn is_around_camera(sphere: &Sphere) -> bool {
     let squares = sphere
-        .centre
+        .centre()
         .map(|coordinate| f64::from(coordinate).powi(2));
-    squares.iter().sum::<f64>() <= f64::from(sphere.radius).powi(2)
+    squares.iter().sum::<f64>() <= f64::from(sphere.radius()).powi(2)
 }
 
 /// Whole lines instead of rays, in doubles, of which the least t is seen.
@@ -380,7 +381,7 @@ impl<'a> Lines<'a> {
     fn new(scene: &'a Scene, size: ImageSize) -> Self {
         Self {
             scene,
-            camera: Camera::new(scene.viewport, size),
+            camera: Camera::new(scene.viewport(), size),
         }
     }
 
@@ -397,8 +398,8 @@ impl<'a> Lines<'a> {
                 ];
                 *pixel = self
                     .first(direction)
-                    .map_or(self.scene.background, |index| {
-                        self.scene.spheres.colour()[index]
+                    .map_or(self.scene.background(), |index| {
+                        self.scene.spheres().colour()[index]
                     });
             }
         });
@@ -408,9 +409,9 @@ impl<'a> Lines<'a> {
         let a = x * x + y * y + z * z;
         let mut least = f64::INFINITY;
         let mut first = None;
-        for (index, sphere) in self.scene.spheres.iter().enumerate() {
-            let [cx, cy, cz] = sphere.centre.map(f64::from);
-            let radius = f64::from(sphere.radius);
+        for (index, sphere) in self.scene.spheres().iter().enumerate() {
+            let [cx, cy, cz] = sphere.centre().map(f64::from);
+            let radius = f64::from(sphere.radius());
             let normal = [cy * z - cz * y, cz * x - cx * z, cx * y - cy * x];
             let squared = normal.iter().map(|component| component * component);
             let d = radius * radius * a - squared.sum::<f64>();

@@ -81,7 +81,7 @@ pub(crate) fn verify(job: &Job) -> Result<(), Failure> {
     clock.lap("judge");
     report::report(&report::Findings {
         job,
-        spheres: scene.spheres.len(),
+        spheres: scene.spheres().len(),
         tally: &tally,
         judgement: &judgement,
         clock: &clock,
@@ -140,7 +140,7 @@ fn compare(job: &Job, renderer: &Renderer<'_>) -> Result<Tally, Failure> {
         found.resize(bytes, 0);
         right.resize(bytes, 0);
         picture.read(&mut found)?;
-        renderer.draw(rows.clone(), &mut right, &|rows| progress.advance(rows));
+        renderer.draw_with_progress(rows.clone(), &mut right, &|rows| progress.advance(rows));
         tally.compare(rows, &found, &right);
     }
     picture.finish()?;
@@ -160,24 +160,15 @@ fn compare_and_mark(
     let mut picture = Found::open(&job.image, size, 0)?;
     let mut tally = Tally::new(size, job.rows());
     let mut right = Vec::new();
-    let mut unread = None;
     output.draw(job.rows(), |rows, pixels| {
-        if unread.is_some() {
-            return;
-        }
-        if let Err(error) = picture.read(pixels) {
-            unread = Some(error);
-            return;
-        }
+        picture.read(pixels)?;
         right.resize(pixels.len(), 0);
-        renderer.draw(rows.clone(), &mut right, &|rows| progress.advance(rows));
+        renderer.draw_with_progress(rows.clone(), &mut right, &|rows| progress.advance(rows));
         tally.compare(rows, pixels, &right);
         mark(pixels, &right);
+        Ok(())
     })?;
     progress.finish();
-    if let Some(error) = unread {
-        return Err(error);
-    }
     picture.finish()?;
     output.publish(places)?;
     Ok(tally)
@@ -215,7 +206,7 @@ impl Judgement {
         let judge = Judge::new(scene, job.size());
         let verdict = |wrong: &Wrong| judge.judge(wrong.pixel, wrong.right, wrong.found);
         let first: Vec<Verdict> = tally.first.iter().map(verdict).collect();
-        let affordable = MOST_ESTIMATES / scene.spheres.len().max(1);
+        let affordable = MOST_ESTIMATES / scene.spheres().len().max(1);
         let looked_at = tally.spread(affordable.max(tally.first.len()));
         let (worst, rounding) = worst(&judge, &looked_at).unzip();
         let is_near = worst.is_some_and(|(_, verdict)| {

@@ -20,9 +20,9 @@ use std::{
 };
 
 use sfera::{
-    camera::{BYTES_PER_PIXEL, ImageSize},
-    families::FAMILIES,
-    render::{Form, Method, Renderer},
+    camera::ImageSize,
+    testing::families::FAMILIES,
+    render::{Form, Method, Renderer, differing_pixels},
     scene::Scene,
 };
 
@@ -56,7 +56,7 @@ fn make(folder: &Path) -> Outcome<()> {
         for difficulty in family.difficulties {
             let name = format!("{} {difficulty:e}.txt", family.name).replace(' ', "-");
             let scene = family.scene(*difficulty, SEED);
-            if scene.spheres.len() <= MOST_SPHERES {
+            if scene.spheres().len() <= MOST_SPHERES {
                 fs::write(folder.join(name), scene.to_string())?;
             }
         }
@@ -92,16 +92,17 @@ fn files(path: &Path) -> Outcome<Vec<PathBuf>> {
 }
 
 /// How many pixels of the engine's picture are wrong.
-fn draw_one(path: &Path, size: ImageSize) -> Outcome<usize> {
+fn draw_one(path: &Path, size: ImageSize) -> Outcome<u64> {
     let scene = Scene::read(path)?;
     let draw = |method| {
         let mut pixels = vec![0; size.pixel_bytes()];
-        let renderer = Renderer::new(&scene, size, method, Form::Packets);
-        renderer.draw(0..size.height(), &mut pixels, &|_| ());
+        let renderer = Renderer::new(&scene, size, method);
+        renderer.draw(0..size.height(), &mut pixels);
         pixels
     };
     let name = path.file_name().unwrap_or_default().display();
     for method in [Method::Textbook, Method::Geometric, Method::Double] {
+        let method = method(Form::Packets);
         println!("{:016x} {method} {name}", hash(&draw(method)));
     }
     let exact = draw(Method::Exact);
@@ -114,12 +115,4 @@ fn hash(pixels: &[u8]) -> u64 {
     let mut hasher = DefaultHasher::new();
     hasher.write(pixels);
     hasher.finish()
-}
-
-fn differing_pixels(one: &[u8], other: &[u8]) -> usize {
-    let pixels = one.chunks_exact(BYTES_PER_PIXEL);
-    pixels
-        .zip(other.chunks_exact(BYTES_PER_PIXEL))
-        .filter(|(one, other)| one != other)
-        .count()
 }

@@ -8,7 +8,10 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use sfera::scene::{Scene, SceneError, Sizes};
+use sfera::{
+    scene::{Scene, SceneError},
+    testing::{Sizes, parse_in_windows},
+};
 
 /// Bytes that no message passes: an excerpt and two quotations, every byte an escape.
 const LONGEST_MESSAGE: usize = 2000;
@@ -30,9 +33,9 @@ fuzz_target!(
         }
         let found = outcome(&parsed);
         let word_by_word = Sizes { fast: usize::MAX, ..Sizes::USUAL };
-        assert_eq!(found, outcome(&Scene::parse_in_windows(text, word_by_word)));
+        assert_eq!(found, outcome(&parse_in_windows(text, word_by_word)));
         let sizes = sizes(text);
-        assert_eq!(found, outcome(&Scene::parse_in_windows(text, sizes)), "{sizes:?}");
+        assert_eq!(found, outcome(&parse_in_windows(text, sizes)), "{sizes:?}");
     }
 );
 
@@ -82,17 +85,17 @@ fn outcome(parsed: &Result<Scene, SceneError>) -> Result<Vec<u32>, String> {
 
 fn bits(scene: &Scene) -> Vec<u32> {
     let colour = |[red, green, blue]: [u8; 3]| u32::from_be_bytes([0, red, green, blue]);
-    let viewport = &scene.viewport;
-    let mut bits: Vec<u32> = [viewport.width, viewport.height, viewport.distance]
+    let viewport = scene.viewport();
+    let mut bits: Vec<u32> = [viewport.width(), viewport.height(), viewport.distance()]
         .map(f32::to_bits)
         .into();
-    bits.push(colour(scene.background));
-    for sphere in scene.spheres.iter() {
-        bits.extend(sphere.centre.map(f32::to_bits));
-        bits.extend([sphere.radius.to_bits(), colour(sphere.colour)]);
+    bits.push(colour(scene.background()));
+    for sphere in scene.spheres().iter() {
+        bits.extend(sphere.centre().map(f32::to_bits));
+        bits.extend([sphere.radius().to_bits(), colour(sphere.colour())]);
     }
     // The padding as well: every lane that a packet may load.
-    let padded = [scene.spheres.x(), scene.spheres.radius()];
+    let padded = [scene.spheres().x(), scene.spheres().radius()];
     bits.extend(padded.concat().into_iter().map(f32::to_bits));
     bits
 }

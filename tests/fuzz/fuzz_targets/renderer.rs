@@ -11,9 +11,10 @@ use libfuzzer_sys::fuzz_target;
 use sfera::{
     camera::{BYTES_PER_PIXEL, ImageSize},
     reference::Reference,
-    render::{Bounds, Counts, Form, Method, Renderer, Tuning},
+    render::{Counts, Form, Method, Renderer},
     scene::{Scene, Viewport},
     spheres::{Rgb, Sphere},
+    testing::{Bounds, Tuning, tuned},
 };
 
 /// Pixels times spheres at most: an hour should see many scenes.
@@ -35,28 +36,27 @@ fuzz_target!(
         let mut bytes = Bytes(bytes);
         let (width, height, cut) = (bytes.up_to(70), bytes.up_to(70), bytes.next());
         let scene = scene(&mut bytes);
-        let affordable = TESTS / (width * scene.spheres.len().max(1) as u32);
+        let affordable = TESTS / (width * scene.spheres().len().max(1) as u32);
         let size = ImageSize::new(width, height.min(affordable.max(1))).expect("a size");
         let cut = u32::from(cut) % (size.height() + 1);
 
         for method in [Method::Textbook, Method::Geometric, Method::Double] {
-            let draw = |form| draw(&Renderer::new(&scene, size, method, form), size, cut).0;
-            assert!(draw(Form::Scalar) == draw(Form::Packets), "{method}");
+            let draw = |form| draw(&Renderer::new(&scene, size, method(form)), size, cut).0;
+            assert!(draw(Form::Scalar) == draw(Form::Packets), "{}", method(Form::Scalar));
         }
         let exact = |tile, bounds, cut| {
             let tuning = Tuning { tile, bounds };
-            let method = Method::Exact;
-            let renderer = Renderer::tuned(&scene, size, method, Form::default(), tuning);
+            let renderer = tuned(&scene, size, Method::Exact, tuning);
             draw(&renderer, size, cut)
         };
         let (picture, counts) = exact(64, Bounds::Proven, cut);
         hold_against_reference(&scene, size, &picture);
-        let tiles: &[u32] = if counts.integers > SLOW_PIXELS { &[8] } else { &[8, 16, 32] };
+        let tiles: &[u32] = if counts.pixels_in_integers > SLOW_PIXELS { &[8] } else { &[8, 16, 32] };
         for &tile in tiles {
             let parts = exact(tile, Bounds::Proven, 0).0;
             assert!(parts == picture, "tiles of {tile}, cut at row {cut}");
         }
-        if size.pixels() as usize * scene.spheres.len() <= REFERENCE_TESTS {
+        if size.pixels() as usize * scene.spheres().len() <= REFERENCE_TESTS {
             let integers = exact(64, Bounds::Refused, cut).0;
             assert!(integers == picture, "bounds refused");
         }
@@ -68,16 +68,9 @@ fuzz_target!(
 fn draw(renderer: &Renderer<'_>, size: ImageSize, cut: u32) -> (Vec<u8>, Counts) {
     let mut pixels = vec![0xa5; size.pixel_bytes()];
     let (above, below) = pixels.split_at_mut(size.row_bytes() * cut as usize);
-    let mut counts = renderer.draw(cut..size.height(), below, &|_| ());
-    counts += renderer.draw(0..cut, above, &|_| ());
-    let settled = [
-        counts.rectangles,
-        counts.packets,
-        counts.doubles,
-        counts.double_doubles,
-        counts.integers,
-    ];
-    let settled: u64 = settled.into_iter().sum();
+    let mut counts = renderer.draw(cut..size.height(), below);
+    counts += renderer.draw(0..cut, above);
+    let settled = counts.pixels();
     assert!(settled == size.pixels() || settled == 0, "{counts:?}");
     (pixels, counts)
 }
@@ -85,12 +78,12 @@ fn draw(renderer: &Renderer<'_>, size: ImageSize, cut: u32) -> (Vec<u8>, Counts)
 fn hold_against_reference(scene: &Scene, size: ImageSize, picture: &[u8]) {
     let reference = Reference::new(scene, size);
     let pixels = size.pixels() as usize;
-    let count = (REFERENCE_TESTS / scene.spheres.len().max(1)).clamp(1, pixels);
+    let count = (REFERENCE_TESTS / scene.spheres().len().max(1)).clamp(1, pixels);
     // All of them, or some evenly spread.
     for at in (0..count).map(|nth| nth * pixels / count) {
         let (column, row) = (at as u32 % size.width(), at as u32 / size.width());
         let seen = reference.seen(column, row);
-        let right = seen.map_or(scene.background, |index| scene.spheres.colour()[index]);
+        let right = seen.map_or(scene.background(), |index| scene.spheres().colour()[index]);
         let drawn = &picture[at * BYTES_PER_PIXEL..][..BYTES_PER_PIXEL];
         assert_eq!(drawn, right, "pixel ({column}, {row}), {seen:?}");
     }
@@ -152,11 +145,9 @@ impl Bytes<'_> {
 
 /// Up to 24 spheres, and up to 20 more in a line with each: enough for the bins.
 fn scene(bytes: &mut Bytes<'_>) -> Scene {
-    let viewport = Viewport {
-        width: bytes.length(1.0),
-        height: bytes.length(1.0),
-        distance: bytes.length(1.0),
-    };
+    let lengths = [bytes.length(1.0), bytes.length(1.0), bytes.length(1.0)];
+    let [width, height, distance] = lengths;
+    let viewport = Viewport::new(width, height, distance).expect("a viewport");
     let mut spheres: Vec<Sphere> = Vec::new();
     let mut before = [0.0, 0.0, 5.0, 1.0];
     for _ in 0..bytes.next() % 25 {
@@ -170,21 +161,11 @@ fn scene(bytes: &mut Bytes<'_>) -> Scene {
         for copy in 0..=copies {
             let mut centre = centre;
             centre[axis] += step * f32::from(copy);
-            if centre[axis].is_finite() {
-                let colour = colour(spheres.len());
-                spheres.push(Sphere {
-                    centre,
-                    radius,
-                    colour,
-                });
-            }
+            // A line may leave the floats.
+            spheres.extend(Sphere::new(centre, radius, colour(spheres.len())));
         }
     }
-    Scene {
-        viewport,
-        background: [0; 3],
-        spheres: spheres.into_iter().collect(),
-    }
+    Scene::new(viewport, [0; 3], spheres).expect("a scene")
 }
 
 /// One that no other sphere has.

@@ -8,6 +8,7 @@
 //! Spheres of a scene have colours of their own, none of them the background:
 //! a pixel that shows the wrong sphere has the wrong colour.
 
+use super::random::{Random, power_of_two};
 use crate::{
     scene::{Scene, Viewport},
     spheres::{Rgb, Sphere},
@@ -63,7 +64,7 @@ const SCALES: [f64; 14] = {
 };
 
 /// Every family.
-pub const FAMILIES: [Family; 24] = [
+pub const FAMILIES: &[Family] = &[
     Family {
         name: "far",
         knob: "distance / radius",
@@ -228,10 +229,6 @@ fn colour(index: usize) -> Rgb {
     const ODD: u32 = 0x9e_37_79;
     let [_, red, green, blue] = (index as u32 + 1).wrapping_mul(ODD).to_be_bytes();
     [red, green, blue]
-}
-
-const fn power_of_two(exponent: i32) -> f64 {
-    f64::from_bits(((exponent + 1023) as u64) << 52)
 }
 
 /// A sphere before its lengths are rounded to floats.
@@ -726,52 +723,4 @@ fn in_view(random: &mut Random) -> Vector {
         random.between(-1.5, 1.5),
         random.between(3.0, 6.0),
     ]
-}
-
-/// `SplitMix64`: G. Steele, D. Lea, C. Flood, Fast Splittable Pseudorandom Number
-/// Generators, 2014.
-struct Random(u64);
-
-impl Random {
-    fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// Evenly over `[low, high)`.
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        let fraction = (self.next() >> 11) as f64 * power_of_two(-53);
-        low + (high - low) * fraction
-    }
-
-    /// One of `0..count`; `count` is small against 2^64.
-    fn below(&mut self, count: u64) -> u64 {
-        self.next() % count
-    }
-
-    /// A whole number between `-largest` and `largest`.
-    fn whole(&mut self, largest: u64) -> f64 {
-        self.below(2 * largest + 1) as f64 - largest as f64
-    }
-
-    /// Evenly over the unit sphere.
-    fn direction(&mut self) -> Vector {
-        let z = self.between(-1.0, 1.0);
-        let angle = self.between(0.0, std::f64::consts::TAU);
-        let across = (1.0 - z * z).sqrt();
-        [across * angle.cos(), across * angle.sin(), z]
-    }
-
-    fn shuffle<T>(&mut self, items: &mut [T]) {
-        for last in (1..items.len()).rev() {
-            items.swap(last, self.below(last as u64 + 1) as usize);
-        }
-    }
 }
