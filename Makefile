@@ -6,7 +6,7 @@ help:
 	@sed -n 's/^## //p' Makefile
 
 ## build   the program for this machine's CPU: target/release/sfera; its manual page and completions beside it
-# Linked with its libraries it starts in two thirds of the time; where the C library has no static form, without.
+# A statically linked program starts in two thirds of the time; where the C library has no static form, it is linked dynamically.
 build:
 	cargo rustc --release --bin sfera -- -C target-feature=+crt-static || cargo build --release
 	target/release/sfera --generate man > target/release/sfera.1
@@ -18,9 +18,9 @@ build:
 run: build
 	target/release/sfera scenes/example.txt example.ppm 1920 1080
 
-## test    every test, built for this CPU; those that depend on the build again, built for any of its kind; their pictures compared
+## test    every test, built for this CPU; those that depend on the build also built for any CPU of its kind; compares the pictures of both
 HASHES := tmp/image-hashes.txt
-BUILD_TESTS := --lib --test bit_identity --test exact --test engine --test reader --test stability
+BUILD_TESTS := --lib --test bit_identity --test exact --test reader --test stability
 test:
 	rm -f target/$(HASHES) target/baseline/$(HASHES)
 	cargo test --target-dir target
@@ -33,7 +33,7 @@ checked:
 	    cargo test --release --target-dir target/checked
 
 ## fuzz    any bytes as a scene, any floats as a picture: a minute each, or: make fuzz SECONDS=600
-# What it finds on the way goes to target/fuzz, what is wrong to tests/fuzz/artifacts.
+# New inputs go to target/fuzz, failing ones to tests/fuzz/artifacts.
 SECONDS := 60
 FUZZ := RUSTFLAGS="-C target-cpu=native" cargo fuzz run --fuzz-dir tests/fuzz \
     --target-dir target/fuzz-build --sanitizer none
@@ -81,19 +81,19 @@ deny:
 bench:
 	cargo bench --bench methods --bench engine
 
-## chart   the charts of the README, measured again; of your own: make chart SCENES="my.txt"
+## chart   the charts of the README, measured again; for scenes of your own: make chart SCENES="my.txt"
 chart: splat
-	cargo bench --bench chart -- $(SCENES)
+	cargo bench --bench chart -- $(or $(SCENES),all)
 
-## growth  the chart of growth alone; Embree's figures in it are those of the last `make peers`
+## growth  the chart of growth alone; its figures of Embree are those of the last `make peers`
 growth:
 	cargo bench --bench chart -- growth
 
 ## families   every family of hard scenes as files, to target/families
 families:
-	cargo bench --bench families
+	cargo bench --bench families -- target/families
 
-## peers   sfera and what people would use instead, on the same scenes; table to benches/peers/results.md
+## peers   sfera and other renderers on the same scenes; writes the table benches/peers/results.md
 peers:
 	python3 benches/peers/run.py $(PEERS)
 
@@ -103,7 +103,7 @@ peers-install:
 	python3 -m venv target/peers/python
 	target/peers/python/bin/pip install vtk numpy
 
-## splat   the fastest inexact picture, in C, for 8 lanes and for 16, to target/peers; skipped where it can't be built
+## splat   the fastest inexact rasteriser, in C, for 8 lanes and for 16, to target/peers; skipped where it can't be built
 SPLAT := gcc -O3 -ffast-math -fno-finite-math-only -pthread
 splat:
 	@mkdir -p target/peers && rm -f target/peers/splat-8 target/peers/splat-16

@@ -1,5 +1,5 @@
-//! The engine: what its stages, its bounds and its tiles cost. Answers are checked
-//! before anything is timed.
+//! The engine: the cost of its stages, its bounds and its tiles. Checks the pictures before it
+//! times anything.
 
 use std::time::Duration;
 
@@ -58,8 +58,8 @@ fn group<'a>(criterion: &'a mut Criterion, name: &str) -> BenchmarkGroup<'a, Wal
     group
 }
 
-/// From spheres to bytes, preparation included, and preparation by itself; beside
-/// them the floor, filling the same memory with one value.
+/// From spheres to bytes with preparation, and preparation alone; for comparison filling the
+/// same memory with one value.
 fn stages(criterion: &mut Criterion) {
     let pool = one_thread();
     for (name, scene) in scenes() {
@@ -79,7 +79,7 @@ fn stages(criterion: &mut Criterion) {
     }
 }
 
-/// What being sure costs: intervals against plain depths.
+/// The cost of certainty: with error bounds, and with the bounds ignored.
 fn bounds(criterion: &mut Criterion) {
     compare(
         criterion,
@@ -113,7 +113,7 @@ fn compare<T: Copy + std::fmt::Debug>(
             let tuning = tuning(choice);
             let mut pixels = drawn(&scene, tuning);
             let wrong = differing_pixels(&pixels, &right);
-            // Without bounds a pixel in some thousands may be wrong; with them, none.
+            // Without bounds one pixel in some thousands may be wrong; with them, none.
             let allowed = if tuning.bounds == Bounds::Ignored {
                 size().pixels() / 1000
             } else {

@@ -1,5 +1,12 @@
-//! Writes every family of scenes to a folder: `make families`; or one scene of a
-//! family to a file: `cargo bench --bench families -- cloud 1e6 FILE`.
+//! Not a bench, but the program that writes scenes of the families to files, for `make
+//! families`, `make peers` and measurements by hand:
+//!
+//! ```text
+//! cargo bench --bench families -- FOLDER             every family, difficulty and seed
+//! cargo bench --bench families -- cloud 1e6 FILE     one scene
+//! ```
+//!
+//! Without arguments it writes nothing.
 
 use std::{error::Error, fs, path::PathBuf};
 
@@ -7,7 +14,7 @@ use sfera::testing::families::{FAMILIES, Family};
 
 const SEEDS: u64 = 8;
 
-/// Of one scene alone.
+/// The seed of a single scene.
 const SEED: u64 = 1;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -23,7 +30,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         fs::write(file, family.scene(difficulty.parse()?, SEED).to_string())?;
         return Ok(());
     }
-    let folder = PathBuf::from(arguments.first().map_or("target/families", String::as_str));
+    let [folder] = arguments.as_slice() else {
+        println!("no scene is written: use make families, or -- FOLDER");
+        return Ok(());
+    };
+    let folder = PathBuf::from(folder);
     let mut written = 0;
     for family in FAMILIES {
         let folder = folder.join(family.name.replace(' ', "-"));

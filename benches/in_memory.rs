@@ -1,16 +1,15 @@
-//! What a render costs from spheres in memory to RGB in memory, and what its
-//! text costs to read, each as one line of JSON: times in milliseconds, the
-//! medians first and then every sample.
+//! Not a criterion bench, but the harness of `make peers` and of measurements by hand. It
+//! times drawing from spheres in memory to RGB in memory, and reading a scene. It prints one
+//! line of JSON: times in milliseconds, first the medians, then every sample.
 //!
 //! ```text
 //! cargo bench --bench in_memory -- draw SCENE WIDTH HEIGHT [--threads N] [--runs N] [--method M] [--ignore-bounds] [--image FILE]
 //! cargo bench --bench in_memory -- read SCENE [--threads N] [--runs N]
 //! ```
 //!
-//! `draw`: preparing, drawing, both, and, as the floor, filling the same
-//! buffer with one value. `read`: the reader of sfera, and, as its floor,
-//! reading the text and parsing its numbers with the standard library on all
-//! threads.
+//! `draw` times preparing, drawing, both, and as a lower bound filling the same buffer with
+//! one value. `read` times the reader of sfera, and for comparison reading the text and
+//! parsing its numbers with the standard library on all threads.
 
 use std::{fs, hint::black_box, io::Write, path::PathBuf, time::Instant};
 
@@ -30,14 +29,14 @@ type Failure = Box<dyn std::error::Error + Send + Sync>;
 struct Arguments {
     #[command(subcommand)]
     what: Option<What>,
-    /// What `cargo bench` passes to every bench.
+    /// `cargo bench` passes this to every bench.
     #[arg(long, hide = true, global = true)]
     bench: bool,
 }
 
 #[derive(clap::Subcommand)]
 enum What {
-    /// Times drawing a scene of spheres in memory into RGB in memory.
+    /// Times drawing from spheres in memory to RGB in memory.
     Draw {
         scene: PathBuf,
         width: u32,
@@ -50,15 +49,15 @@ enum What {
         /// without it the method that sfera uses by default.
         #[arg(long)]
         method: Option<String>,
-        /// Takes what the engine computes for exact, as if nothing were rounded:
-        /// what is left of its time, and how many pixels are wrong.
+        /// Ignores the engine's error bounds, as if nothing were rounded: shows the cost of
+        /// certainty in time and in wrong pixels.
         #[arg(long, conflicts_with = "method")]
         ignore_bounds: bool,
-        /// Where to leave the picture, as a binary PPM.
+        /// Writes the picture to this file, as a binary PPM.
         #[arg(long)]
         image: Option<PathBuf>,
     },
-    /// Times the reader against merely parsing the numbers.
+    /// Times the reader, and merely parsing the numbers.
     Read {
         scene: PathBuf,
         #[arg(long, default_value_t = 1)]
@@ -66,8 +65,8 @@ enum What {
         #[arg(long, default_value_t = 9)]
         runs: usize,
     },
-    /// Parses the numbers of a scene once and does nothing else, to be timed
-    /// from outside as the floor of a whole command.
+    /// Parses the numbers of a scene once, to be timed from outside as a lower bound of a
+    /// whole command.
     Numbers {
         scene: PathBuf,
         #[arg(long, default_value_t = 1)]
@@ -148,7 +147,7 @@ fn pool(threads: usize) -> Result<rayon::ThreadPool, Failure> {
         .build()?)
 }
 
-/// The first run of the loop wakes the threads and is not counted.
+/// The first run of the loop only wakes the threads.
 fn draw(
     scene: &Scene,
     size: ImageSize,
@@ -194,7 +193,7 @@ fn draw(
     ]);
 }
 
-/// Reads the text and parses every number in it, in one piece a thread.
+/// Reads the text and parses every number in it, one piece on each thread.
 fn parse_numbers(scene: &PathBuf) -> Result<Vec<Vec<f32>>, Failure> {
     let text = fs::read(scene)?;
     let threads = rayon::current_num_threads();

@@ -1,5 +1,5 @@
-//! Every method in both forms, on one thread and on two: a few large spheres,
-//! and many small ones. Answers are checked before anything is timed.
+//! Every method in both forms, on one thread and on two, with few large spheres and with many
+//! small ones. Checks the pictures before it times anything.
 
 use std::time::Duration;
 
@@ -58,7 +58,7 @@ fn compare(criterion: &mut Criterion, name: &str, scene: &Scene, size: ImageSize
     }
 }
 
-/// Preparation included: it is part of a frame.
+/// Includes preparation, which is part of a frame.
 fn draw(scene: &Scene, size: ImageSize, method: Method, pixels: &mut [u8]) {
     Renderer::new(scene, size, method).draw(0..size.height(), pixels);
 }

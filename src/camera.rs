@@ -1,4 +1,4 @@
-//! The one rule from pixel to ray, every form of it side by side.
+//! The rule from pixels to rays, in each of its forms.
 //!
 //! Pixel `(i, j)`, column from the left and row from the top, of an image of
 //! `W x H` looks along `V = (x, y, z)`:
@@ -10,7 +10,7 @@
 //! ```
 //!
 //! +y is up: row 0 looks through the upper edge. Positions come from the pixel
-//! index, never by stepping, so bands and tiles need not know one another.
+//! index, never by stepping, so bands and tiles are independent.
 
 use std::fmt;
 
@@ -142,7 +142,7 @@ impl Camera {
         self.size
     }
 
-    /// The viewport as the scene gives it.
+    /// The viewport of the scene.
     #[must_use]
     pub fn viewport(&self) -> Viewport {
         self.viewport
@@ -172,7 +172,7 @@ impl Camera {
         }
     }
 
-    // f64: vx n may round once, the division once more; n and d are exact.
+    // f64: n and d are exact; vx n and the division round once each.
 
     /// `x` of a column in doubles, within two roundings.
     #[must_use]
@@ -202,7 +202,7 @@ impl Camera {
         }))
     }
 
-    // f64, of the viewport moved to distance 1: the engine's form.
+    // f64, for the viewport moved to distance 1, as the engine uses it.
 
     /// Width of the viewport at distance 1, within one rounding.
     pub(crate) fn x_extent(&self) -> f64 {
@@ -214,7 +214,7 @@ impl Camera {
         f64::from(self.viewport.height) / f64::from(self.viewport.distance)
     }
 
-    // f32, as the float methods are taught: the fraction first.
+    // f32, as in textbooks: first the fraction.
 
     /// `x` of a column in floats, of the unit viewport.
     #[must_use]
@@ -269,3 +269,6 @@ fn exponent(value: f64) -> i32 {
 fn exp2(e: i32) -> f64 {
     f64::from_bits(((e + 1023) as u64) << 52)
 }
+
+#[cfg(test)]
+mod tests;

@@ -14,11 +14,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # A scene of one's own, part by part
+//! # Scenes in memory, methods, and some rows
 //!
-//! A [`scene::Scene`] is read from a file, parsed from text, or made of spheres; a
-//! [`render::Renderer`] draws any rows of it into any buffer, on rayon's threads:
-//! the default ones, or those of a pool that `draw` is called in.
+//! A [`scene::Scene`] is read from a file, parsed from text, or made of spheres. A
+//! [`render::Renderer`] draws any rows of it into any buffer, on the threads of rayon: the
+//! default ones, or those of the pool in which `draw` is called.
 //!
 //! ```
 //! use sfera::{
@@ -34,7 +34,7 @@
 //! let size = ImageSize::new(64, 48)?;
 //! let pixels = scene.render(size);
 //!
-//! // Some rows, on threads of one's own.
+//! // Some rows, on threads of your own.
 //! let renderer = Renderer::new(&scene, size, Method::Exact);
 //! let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build()?;
 //! let mut half = vec![0; 24 * size.row_bytes()];
@@ -79,9 +79,9 @@
 //! # What a dependent should know
 //!
 //! - **Speed needs `target-cpu`.** The packets are as wide as the CPU that the *dependent's*
-//!   build names; the settings of this repository do not reach it. Without
-//!   `RUSTFLAGS="-C target-cpu=native"`, or `x86-64-v3` for a program that travels, pictures
-//!   are the same bytes and take longer.
+//!   build names; the settings of this repository do not apply to it. Set
+//!   `RUSTFLAGS="-C target-cpu=native"`, or `x86-64-v3` for a program that runs on other
+//!   machines. Without it the bytes are the same, but drawing takes longer.
 //! - The crates that only the program needs belong to the feature `program`, which is on by
 //!   default: depend on sfera with `default-features = false`.
 //! - Nothing here is global: no state, no thread pool, no signal handler.
@@ -92,29 +92,29 @@
 //! text -> Scene -> Spheres -> boxes -> tile candidates -> settled pixels -> RGB bytes -> mapped file -> rename
 //! ```
 //!
-//! A module imports only what stands above it in this table.
+//! A module imports only modules above it in this table.
 //!
 //! | step | module | what it does |
 //! | --- | --- | --- |
-//! | names -> messages | [`name`] | shows names without what a terminal obeys |
+//! | names -> messages | [`name`] | shows names without characters that control a terminal |
 //! | memory | `pages` | huge pages, where the system has them |
 //! | spheres | [`spheres`] | the structure of arrays, file order, padded to whole packets |
 //! | text -> scene | [`scene`] | reads the text; a refusal names line and column |
-//! | pixel -> ray | [`camera`] | the one rule, every form of it side by side |
-//! | pixel -> colour, defined | [`reference`](mod@reference) | what the picture means, one pixel at a time in integers |
-//! | pixel -> why wrong | [`nearness`] | how near a pixel is to showing something else |
+//! | pixel -> ray | [`camera`] | the rule for rays, in each of its forms |
+//! | pixel -> colour, defined | [`reference`](mod@reference) | the definition of the picture, one pixel at a time in integers |
+//! | pixel -> why it is wrong | [`nearness`] | how near a pixel is to showing something else |
 //! | ray -> colour, in float | [`methods`] | `textbook`, `geometric`, `double`: brute force, scalar and packets |
 //! | ray -> colour, proven | [`exact`] | boxes, bins, coverage masks, packets, decisions |
 //! | colours -> file | [`ppm`] | reserve, map, publish; the library's only `unsafe`, the mapping |
 //! | all of it | [`mod@render`] | bands of rows -> pixels -> bytes |
-//! | | `testing` | for this crate's tests and benches alone: families of hard scenes, random numbers, the engine's knobs |
+//! | | `testing` | only for the tests and benches of this crate: families of hard scenes, random numbers, settings of the engine |
 //!
 //! Why no pixel is wrong is proven stage by stage in [`exact::proof`].
 //!
-//! The program stands on all of it, in `src/cli`. There is more `unsafe` in it: the handler of
-//! signals, which removes a temporary file and, where a mapped page is lost (another process
-//! shortened the file), says so and ends the program; and the allocator that says that memory
-//! is short. `src/cli/mod.rs` has the table of its modules.
+//! The program is in `src/cli`, whose `mod.rs` lists its modules. It has two
+//! more pieces of `unsafe` code: the signal handler, which removes temporary files, reports a
+//! lost page of a mapped file (another process shortened the file) and ends the program; and
+//! the allocator that reports a failed allocation.
 //!
 //! # Security
 //!

@@ -1,4 +1,4 @@
-//! Text of others in messages: names of files, and what they hold.
+//! Makes foreign text safe to show in messages: names of files, and their contents.
 
 use std::path::Path;
 
@@ -12,8 +12,8 @@ pub fn shown(path: &Path) -> String {
     printable(path.as_os_str().as_encoded_bytes())
 }
 
-/// Text as it is where it is printable, a blank for a tab, and escapes for the
-/// rest: what is no UTF-8, controls, and characters that reorder or hide others.
+/// Printable text unchanged, a blank for a tab, and escapes for everything else: bytes that
+/// are not UTF-8, controls, and characters that reorder or hide others.
 #[must_use]
 pub fn printable(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len());

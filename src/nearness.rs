@@ -1,18 +1,18 @@
-//! How near a pixel is to what another program made of it.
+//! How near a pixel is to showing the colour that another program drew.
 //!
-//! A program that rounds shows the wrong sphere only where the right one is nearly
-//! another: beside an outline, or where two spheres are nearly equally far. So the
-//! wrong pixels tell rounding from a mistake by how far they are from there.
+//! Rounding changes the visible sphere only beside an outline, or where two spheres are nearly
+//! equally far. So the distance of wrong pixels from such places distinguishes rounding from a
+//! programming mistake.
 //!
-//! With `P` the step from a ray to that of the next pixel, `D` of
-//! [`reference`](mod@crate::reference) is along a line of pixels
+//! With `P` the step from a ray to that of the next pixel, the `D` of
+//! [`reference`](mod@crate::reference) along a line of pixels is
 //!
 //! ```text
 //! D(h) = D + 2 (B C.P - c V.P) h + ((C.P)^2 - c P.P) h^2
 //! ```
 //!
-//! and the outline is where it is zero: its distance is the least such `h` in the
-//! direction of the gradient, which for small distances is the distance.
+//! and the outline is where it is zero. The distance used here is the least such `h` in the
+//! direction of the gradient, which approximates small distances.
 
 use crate::{
     camera::{Camera, ImageSize},
@@ -21,41 +21,40 @@ use crate::{
     spheres::{Rgb, Sphere, Spheres},
 };
 
-/// What a pixel shows, and why another program may have seen something else.
+/// What a pixel shows, and why another program may have drawn another colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verdict {
-    /// The sphere that the pixel shows, by its place in the file; `None` is the
-    /// background.
+    /// The index of the sphere that the pixel shows; `None` is the background.
     pub seen: Option<usize>,
     /// The least change by which the pixel would show the colour found there;
     /// `None` if no change of its ray by some pixels would.
     pub cause: Option<Cause>,
-    /// The relative error of the squares in the textbook formula, `b^2 - 4ac`, that
-    /// would have this effect; infinite without a cause.
+    /// The relative error of the squares in the textbook formula, `b^2 - 4ac`, that would have
+    /// this effect; infinite if there is no cause.
     pub rounding: f64,
 }
 
-/// Why a pixel nearly shows something else.
+/// Why a pixel nearly shows another colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cause {
-    /// The outline of this sphere is so many pixels away.
+    /// The outline of this sphere is near.
     Outline {
-        /// The sphere, by its place in the file.
+        /// The index of the sphere.
         sphere: usize,
         /// The distance, in pixels.
         pixels: f64,
     },
-    /// This sphere is seen at nearly the same depth.
+    /// This sphere is at nearly the same distance.
     Tie {
-        /// The sphere, by its place in the file.
+        /// The index of the sphere.
         sphere: usize,
-        /// How much farther it is, by the distance of what is seen.
+        /// How much farther it is, relative to the distance of the visible one.
         gap: f64,
     },
 }
 
 impl Cause {
-    /// Pixels to the outline, or the relative gap: zero is nearest.
+    /// The pixels to the outline, or the relative gap.
     #[must_use]
     pub fn distance(self) -> f64 {
         match self {
@@ -64,7 +63,7 @@ impl Cause {
         }
     }
 
-    /// The sphere that is named.
+    /// The index of the sphere.
     #[must_use]
     pub fn sphere(self) -> usize {
         match self {
@@ -99,15 +98,15 @@ pub struct Judge<'scene> {
     camera: Camera,
 }
 
-/// A relative error that no depth in doubles has, unless the camera is at the
-/// surface of the sphere.
+/// An upper bound of the relative error of inverse depths in doubles, unless the camera is at
+/// the surface of the sphere.
 const DEPTH_DOUBT: f64 = 1e-6;
 
-/// A distance of the camera from a surface, by its distance from the centre, at
-/// which doubles are not asked.
+/// If the camera is nearer to a surface than this, relative to its distance from the centre,
+/// doubles are not used.
 const SURFACE_DOUBT: f64 = 1e-9;
 
-/// A share of `r^2 A` below which `D` may have either sign.
+/// If `D` in doubles is below this fraction of `r^2 A`, its sign is uncertain.
 const OUTLINE_DOUBT: f64 = 1e-6;
 
 impl<'scene> Judge<'scene> {
@@ -120,8 +119,8 @@ impl<'scene> Judge<'scene> {
         }
     }
 
-    /// Judges a pixel, given as column and row, that is `right` and was `found` to
-    /// be another colour. Its time grows with the number of spheres.
+    /// Judges a pixel, given as column and row, whose `right` colour differs from the one
+    /// `found`. Its time grows with the number of spheres.
     #[must_use]
     pub fn judge(&self, pixel: (u32, u32), right: Rgb, found: Rgb) -> Verdict {
         let ray = Ray::new(&self.camera, pixel);
@@ -145,8 +144,8 @@ impl<'scene> Judge<'scene> {
         Verdict { cause, ..estimate }
     }
 
-    /// As [`judge`](Self::judge) by doubles alone, which are wrong where it is about
-    /// very little, but never take long.
+    /// Like [`judge`](Self::judge), but only in doubles: it may be wrong in very close cases,
+    /// but is always fast.
     #[must_use]
     pub fn estimate(&self, pixel: (u32, u32), right: Rgb, found: Rgb) -> Verdict {
         let ray = Ray::new(&self.camera, pixel);
@@ -157,7 +156,7 @@ impl<'scene> Judge<'scene> {
         self.verdict(&ray, of_its_colour.copied(), found)
     }
 
-    /// What the pixel shows: the reference decides between those that may be nearest.
+    /// The sphere that the pixel shows: the reference decides among those that may be nearest.
     fn seen(&self, ray: &Ray, pixel: (u32, u32), right: Rgb) -> Option<usize> {
         let candidates = self.candidates(ray);
         let exact = self.exact(&candidates);
@@ -165,11 +164,11 @@ impl<'scene> Judge<'scene> {
         if self.colour(seen) == right {
             return seen;
         }
-        // Doubles were wrong by more than was thought possible.
+        // The error in doubles was greater than the bound above.
         Reference::new(self.scene, self.camera.size()).seen(pixel.0, pixel.1)
     }
 
-    /// The nearest sphere by doubles and all that may be nearer, in file order.
+    /// The nearest sphere in doubles and all that may be nearer, in file order.
     fn candidates(&self, ray: &Ray) -> Vec<usize> {
         let mut nearest = f64::NEG_INFINITY;
         let mut candidates: Vec<(usize, f64)> = Vec::new();
@@ -188,7 +187,7 @@ impl<'scene> Judge<'scene> {
         candidates.into_iter().map(|(index, _)| index).collect()
     }
 
-    /// By doubles, of a pixel that shows `seen`.
+    /// The verdict in doubles on a pixel that shows `seen`.
     fn verdict(&self, ray: &Ray, seen: Option<usize>, found: Rgb) -> Verdict {
         let background = if found == self.scene.background {
             seen.and_then(|_| self.background_cause(ray))
@@ -234,7 +233,7 @@ impl<'scene> Judge<'scene> {
         Reference::new(&few, self.camera.size())
     }
 
-    /// The ray would have to leave every sphere that it meets.
+    /// The cause by which the ray would miss every sphere that it meets.
     fn background_cause(&self, ray: &Ray) -> Option<Cause> {
         let mut farthest: Option<Cause> = None;
         for (sphere, geometry) in self.scene.spheres.iter().enumerate() {
@@ -249,7 +248,7 @@ impl<'scene> Judge<'scene> {
         farthest
     }
 
-    /// The nearest cause to see a sphere of the colour found, or `best`.
+    /// The nearest cause by which a sphere of the colour found would be visible, or `best`.
     fn sphere_cause(
         &self,
         ray: &Ray,
@@ -302,12 +301,12 @@ struct Ray {
     down: [f64; 3],
 }
 
-/// What doubles say of a ray and a sphere.
+/// The intersection of a ray and a sphere in doubles.
 struct Sight {
     met: bool,
-    /// Whether that may be wrong.
+    /// Whether its sign may be wrong.
     doubtful: bool,
-    /// Inverse depth of the hit; of a sphere that is not met, that of its outline.
+    /// Inverse depth of the hit; for a sphere that is missed, that of its outline.
     depth: f64,
 }
 
@@ -350,8 +349,8 @@ impl Ray {
         }
     }
 
-    /// The error of `D`, by that of its squares, at which a sphere is met that is not,
-    /// or the other way round.
+    /// The error of `D`, relative to its squares, by which a hit would become a miss or a miss
+    /// a hit.
     fn error_at_outline(&self, sphere: &Sphere) -> f64 {
         let centre = sphere.centre.map(f64::from);
         let a = dot(self.direction, self.direction);
@@ -360,8 +359,8 @@ impl Ray {
         d.abs() / (a * dot(centre, centre))
     }
 
-    /// By how much the relative error of a depth, `(B - sqrt D)/A`, is greater than
-    /// that of the squares in `D`.
+    /// The ratio of the relative error of a distance, `(B - sqrt D)/A`, to that of the squares
+    /// in `D`.
     fn error_growth(&self, sphere: &Sphere) -> f64 {
         let centre = sphere.centre.map(f64::from);
         let a = dot(self.direction, self.direction);
@@ -373,7 +372,7 @@ impl Ray {
         (of_root + b + root) / (b - root).abs()
     }
 
-    /// Pixels to the outline, of a sphere that has one before the camera.
+    /// Pixels to the outline of a sphere that has one in front of the camera.
     fn outline(&self, sphere: &Sphere) -> Option<f64> {
         let centre = sphere.centre.map(f64::from);
         let squared_radius = f64::from(sphere.radius).powi(2);
@@ -381,7 +380,7 @@ impl Ray {
         if !outside || dot(centre, self.direction) <= 0.0 {
             return None;
         }
-        // D = r^2 V.V - |C x V|^2 for any V, without the great cancellation.
+        // D = r^2 V.V - |C x V|^2 for any V, which avoids most of the cancellation.
         let form = |u: [f64; 3], v: [f64; 3]| {
             squared_radius * dot(u, v) - dot(cross(centre, u), cross(centre, v))
         };
@@ -426,7 +425,7 @@ mod tests {
         }
     }
 
-    /// A sphere ahead has a circle for an outline.
+    /// The outline of a sphere straight ahead is a circle.
     #[test]
     fn the_distance_to_a_circle_is_that_to_a_circle() {
         let scene =
@@ -472,10 +471,10 @@ mod tests {
         }
     }
 
-    /// Far beyond what doubles can tell.
+    /// Distances far below the precision of doubles.
     #[test]
     fn the_smallest_distances_are_exact() {
-        // The ray straight ahead touches the sphere, or passes it by a hair.
+        // The ray straight ahead touches the sphere, or nearly touches it.
         let beside = |x: f32| {
             let text = format!("VP 1 1 1 BG 255 255 255 OBJ_N 1 S {x:e} 0 1e6 1 200 0 0");
             let scene = Scene::parse(text.as_bytes()).expect("a scene");
@@ -526,7 +525,7 @@ mod tests {
             Some(Cause::Outline { sphere: 0, .. })
         ));
 
-        // A small sphere close to the ray, behind a large one: both outlines are in the way.
+        // A small sphere close to the ray, behind a large one: both outlines must be crossed.
         let scene =
             Scene::parse(b"VP 1 1 1 BG 9 9 9 OBJ_N 2 S 0 0 4 1 200 0 0 S 0.3 0 8 0.1 255 255 255");
         let scene = scene.expect("a scene");

@@ -1,10 +1,9 @@
-//! What the picture means, one pixel at a time, in integers.
+//! The definition of the picture: one pixel at a time, in integers.
 //!
-//! Pixel by pixel and sphere by sphere, with no lanes, tiles, bounds or threads:
-//! slow, and the judge of every other method. Nothing is rounded, so nothing
-//! needs an epsilon.
+//! It tests every sphere for every pixel, without lanes, tiles, bounds or threads. It is slow,
+//! and every other method is compared with it. Nothing is rounded, so no epsilon is needed.
 //!
-//! # The meaning
+//! # The definition
 //!
 //! The ray of a pixel is `t V`, `t > 0`, with `V` by the rule of [`camera`](crate::camera).
 //! For a sphere of centre `C` and radius `r` write
@@ -13,7 +12,7 @@
 //! A = V.V    B = C.V    c = C.C - r^2    D = B^2 - A c
 //! ```
 //!
-//! The ray meets it at `t = 1/s`, where `c s^2 - 2 B s + A = 0`. What is seen is
+//! The ray meets it at `t = 1/s`, where `c s^2 - 2 B s + A = 0`. The visible hit is
 //!
 //! ```text
 //! c > 0, camera outside:         exists iff D >= 0 and B > 0    s = ( B + sqrt D)/c
@@ -21,8 +20,8 @@
 //! c = 0, camera on the surface:  exists iff B > 0               s = A/2B
 //! ```
 //!
-//! and the pixel shows the sphere of the largest inverse depth `s`; of equals,
-//! the first of the file.
+//! and the pixel shows the sphere of the greatest inverse depth `s`; of equal ones, the first
+//! of the file.
 //!
 //! # Why integers are enough
 //!
@@ -44,7 +43,7 @@ use crate::{
     spheres::Sphere,
 };
 
-/// A scene at one image size, all of it in integers.
+/// A scene at one image size, in integers.
 #[derive(Clone, Debug)]
 pub struct Reference {
     camera: Camera,
@@ -52,7 +51,7 @@ pub struct Reference {
     spheres: Vec<IntegerSphere>,
 }
 
-/// A sphere, every length times the scene's power of two.
+/// A sphere, with every length multiplied by the scene's power of two.
 #[derive(Clone, Debug)]
 struct IntegerSphere {
     /// `C`.
@@ -70,7 +69,7 @@ struct InverseDepth {
 }
 
 impl Reference {
-    /// The meaning of `scene` as an image of `size`.
+    /// The reference of `scene` as an image of `size`.
     #[must_use]
     pub fn new(scene: &Scene, size: ImageSize) -> Self {
         let viewport = &scene.viewport;
@@ -96,8 +95,7 @@ impl Reference {
         }
     }
 
-    /// The sphere that pixel (`column`, `row`) shows, by its place in the file;
-    /// `None` is the background.
+    /// The index of the sphere that pixel (`column`, `row`) shows; `None` is the background.
     #[must_use]
     pub fn seen(&self, column: u32, row: u32) -> Option<usize> {
         let ray = self.ray(column, row);
@@ -116,7 +114,7 @@ impl Reference {
         nearest.map(|(index, _)| index)
     }
 
-    /// The outline of a sphere about a pixel, if it has one before the camera.
+    /// The outline of a sphere near a pixel, if it has one in front of the camera.
     pub(crate) fn outline(&self, sphere: usize, (column, row): (u32, u32)) -> Option<Outline> {
         let IntegerSphere { centre, power } = &self.spheres[sphere];
         let ray = self.ray(column, row);
@@ -146,14 +144,14 @@ impl Reference {
         })
     }
 
-    /// How much farther the second of two spheres is than the first, by the distance
-    /// of the first, where a pixel meets both.
+    /// How much farther the second of two spheres is than the first, relative to the distance
+    /// of the first, if the ray of the pixel meets both.
     pub(crate) fn gap(
         &self,
         [first, second]: [usize; 2],
         (column, row): (u32, u32),
     ) -> Option<f64> {
-        /// Bits by which roots are finer than integers.
+        /// Fractional bits of roots.
         const FINE: usize = 256;
         let ray = self.ray(column, row);
         let first = self.spheres[first].hit(&ray)?;
@@ -167,8 +165,8 @@ impl Reference {
         Some(quotient(&(p + u - w), &whole))
     }
 
-    /// What a step of a pixel to the right, and down, adds to `V`. The one pixel of
-    /// a row or column is as wide as the viewport.
+    /// The change of `V` from a pixel to the next one to the right, and down. A single column
+    /// or row is as wide as the viewport.
     fn steps(&self) -> [[IBig; 3]; 2] {
         let (_, x_denominator) = self.camera.x_ratio(0);
         let (_, y_denominator) = self.camera.y_ratio(0);
@@ -202,7 +200,7 @@ impl Reference {
 }
 
 impl IntegerSphere {
-    /// Where the ray along `ray` sees this sphere.
+    /// The visible hit of this sphere along `ray`.
     fn hit(&self, ray: &[IBig; 3]) -> Option<InverseDepth> {
         let a = dot(ray, ray);
         let b = dot(&self.centre, ray);
@@ -226,8 +224,8 @@ impl IntegerSphere {
     }
 }
 
-/// `D` about a pixel, in pixels: its value, its slopes across and down, and the
-/// coefficients of the squares and the product of both.
+/// `D` near a pixel as a polynomial in pixels: its value, its slopes across and down, and the
+/// coefficients of both squares and of the product.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outline {
     pub(crate) value: f64,
@@ -251,14 +249,14 @@ impl Outline {
         };
         let curvature = along * x * x + 2.0 * mixed * x * y + upright * y * y;
         let discriminant = slope * slope - 4.0 * curvature * self.value;
-        // Where the line meets no outline, as near as the tangent says.
+        // Where the line meets no outline, the distance by the tangent.
         let root = discriminant.max(0.0).sqrt();
         2.0 * self.value.abs() / (slope + root)
     }
 }
 
 impl InverseDepth {
-    /// Both sides times `q1 q2 > 0`, so that no quotient is left:
+    /// Both sides are multiplied by `q1 q2 > 0`, which removes the quotients:
     /// `p1 q2 + sqrt(q2^2 d1)` against `p2 q1 + sqrt(q1^2 d2)`.
     fn compare(&self, other: &Self) -> Ordering {
         let p = &self.p * &other.q - &other.p * &self.q;
@@ -273,7 +271,7 @@ fn sign_with_two_roots(p: &IBig, u: &IBig, w: &IBig) -> Ordering {
     if *p < IBig::ZERO {
         return sign_with_two_roots(&-p, w, u).reverse();
     }
-    // p + sqrt u >= 0 and sqrt w >= 0 are ordered as their squares are:
+    // p + sqrt u >= 0 and sqrt w >= 0 compare as their squares do:
     // p^2 + u + 2 p sqrt u against w.
     let p_squared = p * p;
     let rest = &p_squared + u - w;
@@ -291,7 +289,7 @@ fn sign_with_root(m: &IBig, n: &IBig) -> Ordering {
 
 /// The double nearest to `n/d`, or next to it.
 fn quotient(n: &IBig, d: &IBig) -> f64 {
-    /// More than a double holds.
+    /// More bits than a double has.
     const BITS: isize = 64;
     let shift = d.bit_len() as isize - n.bit_len() as isize + BITS;
     let whole = if shift >= 0 {

@@ -1,4 +1,4 @@
-//! The driver: bands of rows -> pixels -> bytes.
+//! The driver: draws bands of rows on all threads, by any method.
 
 use std::{fmt, ops::Range, str::FromStr};
 
@@ -37,11 +37,11 @@ pub enum Method {
     /// The engine: every pixel proven right.
     #[default]
     Exact,
-    /// The meaning of the picture in integers, one pixel at a time: slow.
+    /// The definition of the picture in integers, one pixel at a time: slow.
     Reference,
 }
 
-/// How a float method runs through the pixels; the bytes are the same.
+/// How many pixels a float method computes at a time; the bytes are the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Form {
     /// One pixel at a time.
@@ -62,7 +62,7 @@ impl Method {
     }
 }
 
-/// The name that `--method` knows it by.
+/// The name that `--method` takes.
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
@@ -84,7 +84,7 @@ impl fmt::Display for Form {
     }
 }
 
-/// A name that no method has.
+/// The error for a name that no method has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("no method is called {0:?}; there are textbook, geometric, double, exact and reference")]
 pub struct UnknownMethod(String);
@@ -127,8 +127,8 @@ impl Scene {
     }
 }
 
-/// How many pixels differ in the bytes of two pictures, or of the same rows of them. What
-/// one of them has beyond the other is not counted.
+/// The number of pixels that differ between two pictures, or between the same rows of them.
+/// If one is longer, its additional pixels are not counted.
 ///
 /// ```
 /// assert_eq!(sfera::render::differing_pixels(&[1, 2, 3, 4, 5, 6], &[1, 2, 3, 0, 0, 0]), 1);
@@ -148,7 +148,7 @@ pub struct Renderer<'scene> {
     painter: Painter<'scene>,
 }
 
-/// What a method prepares before the first pixel.
+/// What a method has prepared before the first pixel.
 #[derive(Debug)]
 enum Painter<'scene> {
     Textbook(Form),
@@ -165,7 +165,7 @@ impl<'scene> Renderer<'scene> {
         Self::tuned(scene, size, method, Tuning::default())
     }
 
-    /// As [`new`](Self::new), with the engine's knobs in hand, for tests and benches.
+    /// Like [`new`](Self::new), with settings of the engine for tests and benches.
     pub(crate) fn tuned(
         scene: &'scene Scene,
         size: ImageSize,
@@ -198,8 +198,8 @@ impl<'scene> Renderer<'scene> {
         self.draw_with_progress(rows, pixels, &|_| ())
     }
 
-    /// As [`draw`](Self::draw), and tells `drawn` how many rows each finished band has,
-    /// on the thread that drew it.
+    /// Like [`draw`](Self::draw), and calls `drawn` with the number of rows of each finished
+    /// band, on the thread that drew it.
     ///
     /// # Panics
     ///
@@ -234,7 +234,7 @@ impl<'scene> Renderer<'scene> {
             sum += counts;
             sum
         };
-        // Bands are whole rows of the engine's tiles but for the first and the last.
+        // Except for the first and the last, bands are whole rows of the engine's tiles.
         let start = rows.start.checked_next_multiple_of(band_rows);
         let start = start.map_or(rows.end, |start| start.min(rows.end));
         let head = rows.start..start;
@@ -343,5 +343,5 @@ impl<'scene> Renderer<'scene> {
     }
 }
 
-/// Rows of a band: enough to be worth a task, few enough to share out evenly.
+/// Rows of a band: enough to be worth a task, and few enough to distribute them evenly.
 const BAND_ROWS: u32 = 16;

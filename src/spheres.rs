@@ -4,10 +4,10 @@ use std::{collections::TryReserveError, ops::Range};
 
 use wide::f32x8;
 
-/// Lanes of a packet: 8 pixels of a row, or 8 spheres being set up.
+/// Lanes of a packet: 8 pixels of a row, or 8 spheres.
 pub(crate) const LANES: usize = 8;
 
-/// Red, green and blue, as they stand in the image.
+/// Red, green and blue, the bytes of a pixel.
 pub type Rgb = [u8; 3];
 
 /// One sphere of a scene.
@@ -35,25 +35,25 @@ pub struct Sphere {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LengthError {
-    /// It is infinite or no number.
+    /// It is infinite or NaN.
     #[error("{name} is {value}; it must be finite")]
     NotFinite {
-        /// What the length is called.
+        /// The name of the length.
         name: &'static str,
         /// The number.
         value: f32,
     },
-    /// It must be greater than zero, and is not.
+    /// It is not greater than zero.
     #[error("{name} is {value}; it must be greater than 0")]
     NotPositive {
-        /// What the length is called.
+        /// The name of the length.
         name: &'static str,
         /// The number.
         value: f32,
     },
 }
 
-/// That a coordinate is a number.
+/// Checks that a coordinate is finite.
 fn finite(name: &'static str, value: f32) -> Result<f32, LengthError> {
     if value.is_finite() {
         Ok(value)
@@ -62,7 +62,7 @@ fn finite(name: &'static str, value: f32) -> Result<f32, LengthError> {
     }
 }
 
-/// That a length is a number greater than zero.
+/// Checks that a length is finite and greater than zero.
 pub(crate) fn positive(name: &'static str, value: f32) -> Result<f32, LengthError> {
     if finite(name, value)? > 0.0 {
         Ok(value)
@@ -110,14 +110,14 @@ impl Sphere {
     }
 }
 
-/// Fills the last packet: wholly behind the camera, so no method ever sees it.
+/// Fills the last packet: it is entirely behind the camera, so no method ever shows it.
 const PADDING: Sphere = Sphere {
     centre: [0.0, 0.0, -1.0],
     radius: 0.125,
     colour: [0; 3],
 };
 
-/// The spheres of a scene, one array a component, in file order.
+/// The spheres of a scene, one array for each component, in file order.
 ///
 /// The arrays of lengths are padded to a multiple of 8 with spheres behind the camera,
 /// which no ray meets.
@@ -194,7 +194,7 @@ impl Spheres {
         })
     }
 
-    /// Copies spheres `from` to `to` and on.
+    /// Copies the spheres `from` to the positions from `to` on.
     pub(crate) fn copy_within(&mut self, from: Range<usize>, to: usize) {
         for component in self.components_mut() {
             lanes_mut(component).copy_within(from.clone(), to);
@@ -337,3 +337,6 @@ impl FromIterator<Sphere> for Spheres {
         all
     }
 }
+
+#[cfg(test)]
+mod tests;

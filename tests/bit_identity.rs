@@ -27,7 +27,7 @@ fn threads(count: usize) -> ThreadPool {
     pool.build().expect("a thread pool")
 }
 
-/// One thread, one pixel at a time, is what all others are held against.
+/// Compares all forms and pools with one pixel at a time on one thread.
 fn assert_identical(scene: &Scene, size: ImageSize, pools: &[ThreadPool]) {
     for method in FLOAT_METHODS {
         let one_by_one = draw(scene, size, method(Form::Scalar));
@@ -49,8 +49,8 @@ fn assert_identical(scene: &Scene, size: ImageSize, pools: &[ThreadPool]) {
     }
 }
 
-/// Every tail of a packet, every remainder of a tile, every count of spheres
-/// about one and two packets.
+/// Every incomplete packet, every incomplete tile, and every count of spheres around one and
+/// two packets.
 #[test]
 fn every_small_width_height_and_count() {
     let pools = [threads(1)];
@@ -86,7 +86,7 @@ fn every_family() {
     }
 }
 
-/// Spheres before and behind the camera, around it, and touching it.
+/// Spheres in front of the camera, behind it, around it, and touching it.
 fn sphere() -> impl Strategy<Value = [f32; 4]> {
     let anywhere = (-9.0_f32..9.0, -9.0_f32..9.0, -9.0_f32..9.0, 0.01_f32..4.0)
         .prop_map(|(x, y, z, radius)| [x, y, z, radius]);
@@ -128,7 +128,7 @@ fn random_scenes_on_1_2_and_7_threads() {
     });
 }
 
-/// An image that is drawn in parts, wherever it is cut, is the image.
+/// An image drawn in two parts, wherever it is cut, equals the image drawn at once.
 #[test]
 fn rows_drawn_apart_are_the_rows_drawn_together() {
     let scene = cloud(100, 2);
@@ -147,8 +147,8 @@ fn rows_drawn_apart_are_the_rows_drawn_together() {
     }
 }
 
-/// Leaves the hashes of many pictures for `make test`, which compares them
-/// between builds for different CPUs.
+/// Writes the hashes of many pictures to a file. `make test` compares those of builds for
+/// different CPUs.
 #[test]
 fn hashes_for_the_comparison_of_builds() {
     let mut hashes = String::new();

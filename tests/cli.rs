@@ -1,6 +1,6 @@
 //! The command line: every option, exit code and stream, of the program as a process.
 
-// Of permissions, links and signals as Unix has them.
+// Permissions, links and signals are those of Unix.
 #![cfg(unix)]
 
 #[path = "common/program.rs"]
@@ -187,7 +187,7 @@ fn wrong_command_lines_are_refused() {
 }
 
 #[test]
-fn help_teaches_and_version_tells() {
+fn help_and_version_are_printed() {
     let shop = Workshop::new();
     let help = shop.run_shell("COLUMNS=80 $SFERA --help").succeeds().stdout;
     assert_eq!(
@@ -225,7 +225,7 @@ fn help_teaches_and_version_tells() {
 }
 
 #[test]
-fn colour_is_for_terminals_alone() {
+fn colour_is_for_terminals_only() {
     let shop = Workshop::new();
     for line in ["--help", "balls.txt image.ppm 0 0"] {
         let ran = shop.run(line);
@@ -253,7 +253,7 @@ fn on_a_terminal(shop: &Workshop, line: &str) -> Option<String> {
 }
 
 #[test]
-fn a_terminal_sees_colour_unless_it_is_not_wanted() {
+fn a_terminal_shows_colour_unless_no_color_is_set() {
     let shop = Workshop::new();
     let Some(plain) = on_a_terminal(&shop, "NO_COLOR=1 $SFERA --help") else {
         return;
@@ -264,7 +264,7 @@ fn a_terminal_sees_colour_unless_it_is_not_wanted() {
 }
 
 #[test]
-fn a_terminal_sees_the_progress_of_what_takes_a_while() {
+fn a_terminal_shows_the_progress_of_long_drawing() {
     let shop = Workshop::new();
     let slow = "$SFERA balls.txt image.ppm 1500 1500 --method reference --threads 1";
     let Some(shown) = on_a_terminal(&shop, slow) else {
@@ -299,7 +299,7 @@ fn completions_and_the_manual_page_are_printed() {
 }
 
 #[test]
-fn stats_are_a_line_a_phase() {
+fn stats_are_one_line_for_each_phase() {
     let shop = Workshop::new();
     let ran = shop.run("balls.txt image.ppm 64 48 --stats");
     assert_eq!(ran.code, 0);
@@ -402,7 +402,7 @@ fn rows_are_not_drawn_into_another_picture() {
 }
 
 #[test]
-fn verify_tells_which_rows_differ() {
+fn verify_reports_which_rows_differ() {
     let shop = Workshop::new();
     shop.run("balls.txt image.ppm 64 48").succeeds();
     shop.run("balls.txt image.ppm 64 48 --verify").succeeds();

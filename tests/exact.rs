@@ -1,5 +1,5 @@
-//! The engine draws what the reference says, in every pixel, of scenes made to
-//! catch it: rays that touch, depths that tie, floats of every size.
+//! The engine draws what the reference says, in every pixel, of scenes made to be
+//! hard: tangent rays, ties, floats of every size, crowds and copies.
 
 mod common;
 
@@ -25,7 +25,7 @@ fn every_family() {
         for &difficulty in family.difficulties {
             for (seed, (width, height)) in [(0, (257, 193)), (1, (65, 49)), (2, (8, 200))] {
                 let scene = family.scene(difficulty, seed);
-                // The reference looks at every sphere for every pixel.
+                // The reference tests every sphere for every pixel.
                 let size = match scene.spheres().len() {
                     0..100 => size(width, height),
                     100..1000 => size(width / 4 + 1, height / 4 + 1),
@@ -43,7 +43,7 @@ fn every_family() {
 }
 
 #[test]
-fn every_scene_that_ships() {
+fn every_scene_of_the_folder() {
     let mut scenes = 0;
     for entry in std::fs::read_dir("scenes").expect("the folder of scenes") {
         let path = entry.expect("an entry").path();
@@ -67,7 +67,7 @@ fn images_of_one_row_and_of_one_column() {
     }
 }
 
-/// Rows at the ends of pictures that no memory holds.
+/// Rows at the ends of pictures that are too large for any memory.
 #[test]
 fn images_of_extreme_sizes() {
     const LAST: u32 = u32::MAX;
@@ -79,7 +79,7 @@ fn images_of_extreme_sizes() {
         (4_000_000, 4_000_000, 1_999_999..2_000_001),
         (4_000_000, 700_000_000, 699_999_999..700_000_000),
     ] {
-        // Small ones all along both axes, and two that reach over the edges.
+        // Small spheres along both axes, and two that extend beyond the edges.
         let mut spheres: Vec<[f32; 4]> = (0..80)
             .map(|index| match index as f32 / 79.0 - 0.5 {
                 at if index % 3 == 0 => [at, 0.0, 1.0, 1e-6],
@@ -129,9 +129,9 @@ fn sizes() -> impl Strategy<Value = (u32, u32)> {
     (side.clone(), side)
 }
 
-/// Few values, so that tangents, ties and cameras on surfaces are everywhere.
+/// Few values, so that tangents, ties and cameras on surfaces are frequent.
 #[test]
-fn where_all_is_degenerate() {
+fn degenerate_scenes() {
     let coordinate = (-5..=5).prop_map(|n| n as f32);
     let radius = (1..=6).prop_map(|n| n as f32);
     let sphere = (coordinate.clone(), coordinate.clone(), coordinate, radius)
@@ -149,9 +149,9 @@ fn where_all_is_degenerate() {
     );
 }
 
-/// Any bits of a finite float, so that magnitudes mix as they never should.
+/// Any bits of a finite float, so that all magnitudes occur together.
 #[test]
-fn whatever_the_floats() {
+fn any_floats() {
     fn number() -> impl Strategy<Value = f32> + Clone {
         let finite = |number: &f32| number.is_finite();
         any::<u32>()
@@ -172,8 +172,8 @@ fn whatever_the_floats() {
     );
 }
 
-/// A scene whose spheres are all aimed at one ray of the picture: some touch it,
-/// to the last digits, and some meet it at one and the same point.
+/// A scene whose spheres are all placed for one ray of the picture: some touch it, up
+/// to the last digits, and some meet it at the same point.
 fn aimed() -> impl Strategy<Value = Parts> {
     let aim = (0.0..1.0, 0.0..1.0);
     let viewport = [0.5_f32..3.0, 0.5_f32..3.0, 0.2_f32..5.0];
@@ -182,7 +182,8 @@ fn aimed() -> impl Strategy<Value = Parts> {
         1 => -1.0_f32..4.0,
         1 => -30.0_f32..30.0,
     ];
-    // Direction and length from the ray's point, steps of the radius, touch or meet.
+    // Direction and length of the offset from a point of the ray, steps of the radius
+    // in last digits, and whether the sphere touches the ray or meets it at the point.
     let sphere = (
         [-1.0..1.0, -1.0..1.0, -1.0..1.0],
         0.01..3.0,
@@ -209,7 +210,7 @@ fn aimed() -> impl Strategy<Value = Parts> {
             let aimed = |(offset, length, steps, touch): ([f64; 3], f64, i32, bool)| {
                 let along: f64 = (0..3).map(|i| offset[i] * ray[i]).sum();
                 let squared: f64 = ray.iter().map(|component| component * component).sum();
-                // At right angles to the ray if it is to touch.
+                // Perpendicular to the ray if the sphere is to touch it.
                 let offset: [f64; 3] = std::array::from_fn(|i| {
                     let aside = if touch { along / squared * ray[i] } else { 0.0 };
                     (offset[i] - aside) * length * factor
@@ -239,16 +240,16 @@ fn aimed() -> impl Strategy<Value = Parts> {
 }
 
 #[test]
-fn rays_that_touch_and_depths_that_tie() {
+fn tangents_and_ties() {
     assert_exact(2_000, aimed());
 }
 
-/// Whole numbers of up to `bits` bits, most of them as long as they may be.
+/// Whole numbers of up to `bits` bits; most have nearly all of them.
 fn whole(bits: u32) -> impl Strategy<Value = f64> + Clone {
     (1_u32..1 << bits).prop_map(f64::from)
 }
 
-/// Orthogonal, and each 7 long.
+/// Orthogonal vectors, each of length 7.
 const FRAME: [[f64; 3]; 3] = [[2.0, 3.0, 6.0], [3.0, -6.0, 2.0], [6.0, 2.0, -3.0]];
 
 fn sphere_of([x, y, z]: [f64; 3], radius: f64) -> [f32; 4] {
@@ -258,12 +259,12 @@ fn sphere_of([x, y, z]: [f64; 3], radius: f64) -> [f32; 4] {
             .iter()
             .zip([x, y, z, radius])
             .all(|(&rounded, exact)| f64::from(rounded) == exact),
-        "a length that no float has",
+        "a length that is not a float",
     );
     sphere
 }
 
-/// `D = 0` for the corner ray, with numbers so long that doubles round on the way.
+/// `D = 0` for the corner ray, with numbers so long that doubles round in between.
 #[test]
 fn tangents_that_doubles_round() {
     let spheres = prop::collection::vec((whole(17), whole(17), 0..4_usize), 1..6);
@@ -307,8 +308,8 @@ fn tangents_along_rays_that_doubles_round() {
     assert_exact(10_000, parts);
 }
 
-/// Spheres that the corner ray meets at one point, or that differ there by the
-/// last digit of one number: from outside, from inside, and from the surface.
+/// Spheres that the corner ray meets at one point, or that differ from such a sphere by
+/// the last digit of one number: seen from outside, from inside, and from the surface.
 #[test]
 fn ties_that_doubles_round() {
     let one = (whole(16), 0..6_usize, any::<bool>(), 0..3_usize);
@@ -317,7 +318,7 @@ fn ties_that_doubles_round() {
         let [x, y, z] = FRAME[0].map(|component| component * unit);
         let meeting = |(offset, direction, away, nudge): (f64, usize, bool, usize)| {
             let side = if direction % 2 == 0 { 1.0 } else { -1.0 };
-            // The first direction is along the ray, and then the wall is near or far.
+            // The first direction is along the ray, so the point is on the near or far side.
             let centre = std::array::from_fn(|i| {
                 depth * FRAME[0][i] + side * offset * FRAME[direction / 2][i]
             });
@@ -354,8 +355,8 @@ fn crowds() {
     }
 }
 
-/// Many equal spheres among many others: the first of the file is seen, however
-/// they are sorted on the way.
+/// Many equal spheres among many others: the first of the file is seen, however the
+/// engine sorts them.
 #[test]
 fn crowds_of_equals() {
     let crossing = [[-0.6, 0.2, 3.0, 0.8], [0.5, 0.2, 3.0, 0.8]];
@@ -407,7 +408,7 @@ fn zeros_of_either_sign() {
     }
 }
 
-/// However many spheres leave a pixel in doubt, it is counted once.
+/// A pixel is counted once, however many spheres leave it undecided.
 #[test]
 fn every_pixel_is_counted_once() {
     let far: Vec<[f32; 4]> = (0..24)
@@ -426,7 +427,52 @@ fn every_pixel_is_counted_once() {
     }
 }
 
-/// Before the camera, behind it, across its plane, around it.
+/// One behind another along the axis, each touching the ray of the only pixel: as
+/// many outlines pass through the pixel as there are spheres.
+#[test]
+fn a_pixel_on_the_outlines_of_many_spheres() {
+    let spheres: Vec<[f32; 4]> = (0..20)
+        .map(|at| [1.0, 0.0, 8.0 + 8.0 * at as f32, 1.0])
+        .collect();
+    assert_eq!(wrong(&scene([1.0, 1.0, 1.0], &spheres), size(1, 1)), 0);
+}
+
+/// Minus zero is zero: the first of two equal spheres is seen.
+#[test]
+fn equal_but_for_the_sign_of_zero() {
+    let first = [-0.0, 0.0, 5.0, 1.0];
+    let second = [0.0, -0.0, 5.0, 1.0];
+    for spheres in [[first, second], [second, first]] {
+        for copies in [1, 40] {
+            let spheres = spheres.repeat(copies);
+            assert_eq!(wrong(&scene([1.0, 1.0, 1.0], &spheres), size(9, 9)), 0);
+        }
+    }
+}
+
+/// Of equal small spheres in one tile, the first of the file is seen, although a tile
+/// sorts them by distance.
+#[test]
+fn equal_small_spheres_in_any_order() {
+    let place = |at: usize| {
+        let (column, row) = (at % 6, at / 6);
+        [
+            column as f32 * 0.08 - 0.2,
+            row as f32 * 0.08 - 0.2,
+            2.0 + 0.01 * (at * 7 % 36) as f32,
+            0.03,
+        ]
+    };
+    for copies in [2, 3] {
+        let mut spheres: Vec<[f32; 4]> = (0..30 * copies).map(|at| place(at * 11 % 30)).collect();
+        // Out of view, so that there are enough to be sorted by tile.
+        spheres.extend((0..64).map(|at| [9.0 + at as f32, 0.0, 4.0, 0.1]));
+        let scene = scene([0.6, 0.6, 1.0], &spheres);
+        assert_eq!(wrong(&scene, size(64, 64)), 0);
+    }
+}
+
+/// In front of the camera, behind it, across its plane, around it.
 #[test]
 fn crowds_all_around() {
     let sphere = (-4.0_f32..4.0, -4.0_f32..4.0, -4.0_f32..4.0, 0.02_f32..0.6)
@@ -438,8 +484,8 @@ fn crowds_all_around() {
     assert_exact(12, (viewport, (40_u32..90, 30_u32..60), spheres));
 }
 
-/// Too large for the reference to draw: it is asked at pixels beside an edge, where
-/// a wrong one would be, and at pixels anywhere.
+/// Too large for the reference to draw, so only some pixels are compared: those beside
+/// an edge, where a wrong one would be, and others anywhere.
 #[test]
 fn large_pictures_of_large_crowds() {
     for (count, seed) in [(1_000, 11)] {

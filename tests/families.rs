@@ -1,4 +1,4 @@
-//! The families are what they say.
+//! The families of scenes have the properties that their documentation says.
 
 use std::collections::HashSet;
 
@@ -54,7 +54,7 @@ fn a_seed_gives_the_same_scene_again_and_another_seed_another() {
 }
 
 #[test]
-fn far_is_as_far_as_it_says() {
+fn far_spheres_are_at_the_given_distance() {
     let far = family("far");
     for &difficulty in far.difficulties {
         for sphere in far.scene(difficulty, 0).spheres().iter() {
@@ -68,7 +68,7 @@ fn far_is_as_far_as_it_says() {
     }
 }
 
-/// In integers: all lengths of this family are whole.
+/// Checked in integers: all lengths of this family are whole.
 #[test]
 fn tangents_touch_the_ray_of_a_pixel_exactly() {
     let tangent = family("tangent");
@@ -236,7 +236,7 @@ fn copies_come_in_runs_and_apart() {
 }
 
 #[test]
-fn near_ties_are_no_ties() {
+fn near_ties_are_not_ties() {
     let near = family("near ties");
     for &difficulty in near.difficulties {
         let scene = near.scene(difficulty, 1);

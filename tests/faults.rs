@@ -1,11 +1,11 @@
-//! What goes wrong around a program: full disks, limits, signals, other
-//! processes. Each time one message, the right exit code, no stray file, and the
-//! image that was there before unharmed.
+//! Faults of the environment: full disks, limits, signals, other processes. Each time there
+//! must be one message, the right exit code, no other file left, and the earlier image
+//! unharmed.
 //!
-//! Some faults need root to bring about (a small disk, another user); without
-//! it these tests say that they are skipped.
+//! Some faults need root (a small disk, another user). Without it these tests print that
+//! they are skipped.
 
-// Of permissions, links and signals as Unix has them.
+// Permissions, links and signals are those of Unix.
 #![cfg(unix)]
 
 #[path = "faults/names.rs"]
@@ -32,10 +32,10 @@ use std::{
 use program::{Ran, Workshop, wait_until};
 use tempfile::TempDir;
 
-/// Takes minutes: there is time to be interrupted in.
+/// Takes minutes, so that it can be interrupted.
 const SLOW: &str = "balls.txt image.ppm 4000 4000 --method reference";
 
-/// Takes a second or two: there is time to change something meanwhile.
+/// Takes a second or two, so that something can be changed meanwhile.
 const WHILE: &str = "balls.txt image.ppm 600 600 --method reference --threads 1";
 
 const OLD: &[u8] = b"the image that was there before";
@@ -44,7 +44,7 @@ fn is_root() -> bool {
     rustix::process::geteuid().is_root()
 }
 
-/// Whether a test that needs root can run; says so if not.
+/// Whether a test that needs root can run; prints a line if not.
 fn as_root(test: &str) -> bool {
     if !is_root() {
         eprintln!("{test}: skipped, this needs root");
@@ -52,13 +52,13 @@ fn as_root(test: &str) -> bool {
     is_root()
 }
 
-/// A disk of some kind that is gone when this is dropped.
+/// A mounted disk, unmounted when it is dropped.
 struct Disk {
     at: TempDir,
 }
 
 impl Disk {
-    /// None, and a word about it, where a test can't have one.
+    /// `None`, and a printed line, where a test can't mount one.
     fn new(test: &str, kind: &str, options: &str) -> Option<Self> {
         if !as_root(test) {
             return None;
@@ -77,7 +77,7 @@ impl Disk {
         mounted.then_some(disk)
     }
 
-    /// A file of some megabytes with a file system in it.
+    /// A disk in a file of some megabytes.
     fn of_blocks(test: &str, kind: &str, megabytes: u64) -> Option<Self> {
         if !as_root(test) {
             return None;
@@ -96,7 +96,7 @@ impl Disk {
             }
             done
         };
-        // Mounted, it lives as long as it is.
+        // The file is removed; the mount keeps its blocks.
         (ran(Command::new(format!("mkfs.{kind}"))
             .arg("-q")
             .arg(blocks.path()))
@@ -125,7 +125,7 @@ impl Drop for Disk {
     }
 }
 
-/// A render that takes long, and has begun to draw.
+/// Starts a render that takes long, and waits until it draws.
 fn begin(command: &mut Command) -> Child {
     let child = command
         .stdout(Stdio::piped())
@@ -137,7 +137,7 @@ fn begin(command: &mut Command) -> Child {
     child
 }
 
-/// The file that a process has mapped to write to, as its name is or was.
+/// The name of the file that a process has mapped for writing.
 fn mapped(child: &Child) -> Option<PathBuf> {
     let maps = fs::read_to_string(format!("/proc/{}/maps", child.id())).unwrap_or_default();
     let name = maps.lines().find_map(|line| {
@@ -148,8 +148,9 @@ fn mapped(child: &Child) -> Option<PathBuf> {
     Some(Path::new("/").join(name))
 }
 
-/// The program where an unfinished image needs a name: without /proc a file has no way to
-/// get one later. None, and a word about it, where that can't be had.
+/// The program without /proc, where an unfinished image needs a temporary name, because a
+/// file without a name could not get one later. `None`, and a printed line, where that is
+/// impossible.
 fn without_nameless_files(shop: &Workshop, arguments: &str) -> Option<Command> {
     if !as_root("without nameless files") {
         return None;
@@ -204,7 +205,7 @@ fn assert_unharmed(shop: &Workshop) {
 // Room.
 
 #[test]
-fn a_full_disk_is_told_before_anything_is_drawn() {
+fn a_full_disk_is_reported_before_anything_is_drawn() {
     let Some(disk) = Disk::new("a full disk", "tmpfs", "size=1m") else {
         return;
     };
@@ -225,7 +226,7 @@ fn a_full_disk_is_told_before_anything_is_drawn() {
 }
 
 #[test]
-fn a_picture_with_holes_on_a_full_disk_is_told_too() {
+fn a_picture_with_holes_on_a_full_disk_is_reported_too() {
     let Some(disk) = Disk::new("a picture with holes", "tmpfs", "size=1m") else {
         return;
     };
@@ -236,7 +237,7 @@ fn a_picture_with_holes_on_a_full_disk_is_told_too() {
 }
 
 #[test]
-fn a_disk_that_fills_while_a_stream_is_written_is_told() {
+fn a_disk_that_fills_while_a_stream_is_written_is_reported() {
     let shop = Workshop::new();
     shop.run("balls.txt /dev/full 64 48")
         .fails(&["/dev/full", "no space left"]);
@@ -275,7 +276,7 @@ fn messages_that_can_not_be_written_change_nothing() {
 // Limits.
 
 #[test]
-fn a_limit_on_file_sizes_is_told() {
+fn a_limit_on_file_sizes_is_reported() {
     let shop = Workshop::new();
     shop.write("image.ppm", OLD);
     shop.run_shell("ulimit -f 8; exec $SFERA balls.txt image.ppm 640 480")
@@ -288,7 +289,7 @@ fn a_limit_on_file_sizes_is_told() {
 }
 
 #[test]
-fn a_limit_on_addresses_is_told_and_never_a_signal() {
+fn a_limit_on_addresses_is_reported_and_never_a_signal() {
     let shop = Workshop::new();
     shop.write("image.ppm", OLD);
     let mut refused = 0;
@@ -296,7 +297,7 @@ fn a_limit_on_addresses_is_told_and_never_a_signal() {
         let ran = shop.run_shell(&format!(
             "ulimit -v {kilobytes}; exec $SFERA balls.txt image.ppm 5000 4000 --method textbook"
         ));
-        // Too few for the loader to begin with.
+        // Too few for the loader.
         if ran.stderr.contains("shared librar") {
             continue;
         }
@@ -321,7 +322,7 @@ fn a_limit_on_addresses_is_told_and_never_a_signal() {
 }
 
 #[test]
-fn a_scene_without_the_memory_for_it_is_told_and_never_a_signal() {
+fn a_scene_without_the_memory_for_it_is_reported_and_never_a_signal() {
     let shop = Workshop::new();
     shop.write("large.txt", scene_of(100_000).as_bytes());
     let mut refused = 0;
@@ -329,7 +330,7 @@ fn a_scene_without_the_memory_for_it_is_told_and_never_a_signal() {
         let limited = |arguments: &str| {
             shop.run_shell(&format!("ulimit -v {kilobytes}; exec $SFERA {arguments}"))
         };
-        // Too little for the program to begin at all.
+        // Too little for the program to start.
         if limited("--version").code != 0 {
             continue;
         }
@@ -357,10 +358,10 @@ fn a_large_picture_needs_few_addresses() {
 }
 
 #[test]
-fn threads_that_can_not_be_had_are_done_without() {
+fn missing_threads_are_done_without() {
     let shop = Workshop::new();
     let line = if is_root() {
-        // Root may have as many as it likes.
+        // Root has no limit.
         fs::set_permissions(shop.folder(), fs::Permissions::from_mode(0o777)).expect("chmod");
         if fs::metadata("/root").is_ok_and(|root| {
             program::SFERA.starts_with("/root") && root.permissions().mode() & 1 == 0
@@ -501,7 +502,7 @@ fn a_write_protected_image_is_left_alone() {
 }
 
 #[test]
-fn a_folder_that_may_not_be_written_is_told() {
+fn a_protected_folder_is_reported() {
     let shop = Workshop::new();
     fs::create_dir(shop.path("closed")).expect("a folder");
     fs::set_permissions(shop.path("closed"), fs::Permissions::from_mode(0o555)).expect("chmod");
@@ -524,7 +525,7 @@ fn a_folder_that_may_not_be_written_is_told() {
 }
 
 #[test]
-fn a_disk_for_reading_only_is_told() {
+fn a_disk_for_reading_only_is_reported() {
     let Some(disk) = Disk::new("a disk for reading only", "tmpfs", "size=1m") else {
         return;
     };
@@ -548,7 +549,7 @@ fn an_interrupt_leaves_the_old_image_and_nothing_else() {
     for (signal, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
         let shop = Workshop::new();
         shop.write("image.ppm", OLD);
-        // What runs the tests may ignore them (`nohup`), and so would the program.
+        // The process that runs the tests may ignore them (`nohup`), and so would the program.
         let line = format!("exec env --default-signal $SFERA {SLOW}");
         let child = begin(&mut shop.shell(&line));
         send(signal, &child);
@@ -612,7 +613,7 @@ fn without_nameless_files_an_interrupt_cleans_up() {
 }
 
 #[test]
-fn a_file_shortened_under_the_drawing_is_told() {
+fn a_file_shortened_under_the_drawing_is_reported() {
     let shop = Workshop::new();
     let child = begin(&mut shop.sfera(&format!("{SLOW} --rows 0..4000")));
     let file = OpenOptions::new().write(true).open(shop.path("image.ppm"));
@@ -735,7 +736,7 @@ fn a_scene_that_changes_while_it_is_read_is_at_worst_refused() {
         let ran = end(child);
         match ran.code {
             0 => assert_eq!(shop.read("image.ppm").len(), 11 + 8 * 8 * 3),
-            // A refusal shows the line of the scene, on lines of its own.
+            // A refusal shows the line of the scene after the message.
             code => assert!(
                 code == 1 && ran.stderr.starts_with("sfera: large.txt"),
                 "{code}: {}",
@@ -746,7 +747,7 @@ fn a_scene_that_changes_while_it_is_read_is_at_worst_refused() {
 }
 
 #[test]
-fn a_cpu_that_lacks_what_was_compiled_in_is_told() {
+fn a_cpu_that_lacks_what_was_compiled_in_is_reported() {
     if !cfg!(target_feature = "avx2") {
         eprintln!("skipped: this build asks for nothing special");
         return;

@@ -1,7 +1,7 @@
-//! A hundred bad inputs, and more, each given to the program as a process: one
-//! clear message, exit code 1 or 2, and nothing in the folder has changed.
+//! More than a hundred bad inputs, each given to the program as a process. Each must give one
+//! clear message and exit code 1 or 2, and change nothing in the folder.
 
-// Of permissions, links and signals as Unix has them.
+// Permissions, links and signals are those of Unix.
 #![cfg(unix)]
 
 #[path = "common/program.rs"]
@@ -17,14 +17,14 @@ use program::{Ran, Workshop};
 
 const OLD: &[u8] = b"the image that was there before";
 
-/// A folder with a scene and an image that nothing may harm.
+/// A folder with a scene and an image that must stay as they are.
 fn workshop() -> Workshop {
     let shop = Workshop::new();
     shop.write("image.ppm", OLD);
     shop
 }
 
-/// What every message has to be, whatever went in.
+/// Checks what holds of every message.
 #[track_caller]
 fn assert_clear(ran: &Ran, code: i32, word: &str) {
     let message = &ran.stderr;
@@ -41,7 +41,7 @@ fn assert_clear(ran: &Ran, code: i32, word: &str) {
     assert!(ran.stdout.is_empty(), "{:?}", ran.stdout);
 }
 
-/// A scene of one sphere, with something else in the place of one of its words.
+/// A scene of one sphere, with one of its words replaced.
 fn scene_with(place: usize, word: &[u8]) -> Vec<u8> {
     let plain = "VP 1 1 1 BG 0 0 0 OBJ_N 1 S 0 0 5 1 1 2 3";
     let words = plain.split(' ').enumerate();
@@ -66,7 +66,7 @@ fn scenes() {
     let with = |place: usize, word: &str| scene_with(place, word.as_bytes());
     let bytes = |text: &str| text.as_bytes().to_vec();
     let scenes: Vec<(Vec<u8>, &str)> = vec![
-        // Not a number to us, though perhaps to somebody.
+        // Numbers in other notations.
         (with(X, "1e"), "exponent has no digits"),
         (with(X, "1e+"), "exponent has no digits"),
         (with(X, "1E400"), "largest number"),
@@ -136,7 +136,7 @@ fn scenes() {
             scene_with(X, &[&long(b'0')[..60_000], b"x"].concat()),
             "60001 bytes",
         ),
-        // Numbers that are no lengths, colours or counts.
+        // Numbers that are not valid lengths, colours or counts.
         (with(WIDTH, "0"), "greater than 0"),
         (with(WIDTH, "-1"), "greater than 0"),
         (with(DISTANCE, "1e-46"), "rounds to 0"),
@@ -157,7 +157,7 @@ fn scenes() {
         (with(COUNT, "18446744073709551617"), "0 to 4294967295"),
         (with(COUNT, "-1"), "0 to 4294967295"),
         (with(COUNT, "1.0"), "without a fraction"),
-        // Words out of place.
+        // Misplaced words.
         (with(S, "s"), "capital letters"),
         (with(S, "SPHERE"), "a sphere is: S x y z"),
         (with(S, "S,"), "a sphere is: S x y z"),
@@ -192,7 +192,7 @@ fn scenes() {
         (b"\x7fELF\x02\x01\x01".to_vec(), "a program"),
         (b"\x1f\x8b\x08".to_vec(), "gzip"),
         (b"\xff\xfeV\0P\0".to_vec(), "UTF-16"),
-        // Much of nothing, or of what leads nowhere.
+        // Long texts without a scene.
         (vec![0; 1_000_000], "a word of more than 65536 bytes"),
         (vec![b'\n'; 1_000_000], "nothing but blanks"),
         (vec![b'#'; 1_000_000], "nothing but blanks"),

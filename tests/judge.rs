@@ -1,7 +1,6 @@
-//! `--verify` as the judge of pictures by other programs: a small renderer of
-//! its own, with the mistakes that people make.
+//! `--verify` on pictures of other programs: a small renderer with common mistakes.
 
-// Shells, pipes and links as Unix has them.
+// Shells, pipes and links are those of Unix.
 #![cfg(unix)]
 
 #[path = "common/program.rs"]
@@ -15,8 +14,8 @@ use sfera::render::differing_pixels;
 const WIDTH: usize = 160;
 const HEIGHT: usize = 90;
 
-/// Spheres on all sides: before the camera, behind it, around it, and through
-/// one another. Nothing is symmetric.
+/// Spheres on all sides: in front of the camera, behind it, around it, and intersecting one
+/// another. Nothing is symmetric.
 const SPHERES: [([f64; 4], [u8; 3]); 9] = [
     ([0.25, 1.0, 4.0, 0.25], [200, 0, 0]),
     ([0.25, 1.75, 5.0, 0.5], [150, 0, 0]),
@@ -38,15 +37,15 @@ fn scene() -> String {
     text
 }
 
-/// A renderer as people write it, in doubles.
+/// A simple renderer in doubles, as people write it.
 #[derive(Clone, Copy)]
 struct Renderer {
-    /// The share of the viewport at column `i` of `n`, and at row `j` of `n`.
+    /// The position in the viewport of column `i` of `n`, and of row `j` of `n`, from 0 to 1.
     column: fn(f64, f64) -> f64,
     row: fn(f64, f64) -> f64,
     upside_down: bool,
     mirrored: bool,
-    /// The depth of a hit whose least and greatest t are these, if it counts.
+    /// The t of the hit that counts, of a sphere hit at these least and greatest t.
     depth: fn(f64, f64) -> Option<f64>,
 }
 
@@ -126,7 +125,7 @@ fn stdout(ran: &Ran) -> String {
 }
 
 #[test]
-fn a_right_picture_is_right_however_its_header_is_written_and_it_comes() {
+fn a_right_picture_is_right_with_any_header_and_from_any_source() {
     let shop = shop();
     for header in [
         "P6\n160 90\n255\n",
@@ -166,7 +165,7 @@ fn a_right_picture_is_right_however_its_header_is_written_and_it_comes() {
 }
 
 #[test]
-fn mistakes_that_people_make_are_named() {
+fn common_mistakes_are_named() {
     let shop = shop();
     let mistakes: [(&str, Renderer, &[&str]); 15] = [
         (
@@ -325,7 +324,7 @@ fn mistakes_that_people_make_are_named() {
     }
 }
 
-/// The formula as taught, in floats.
+/// The textbook formula in floats.
 fn textbook_pixels() -> Vec<u8> {
     let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let mut pixels = Vec::new();
@@ -360,7 +359,7 @@ fn textbook_pixels() -> Vec<u8> {
 #[test]
 fn rounding_is_told_from_a_mistake() {
     let shop = Workshop::new();
-    // A sphere whose outline goes through pixels, and two that nearly tie in a pixel.
+    // A sphere whose outline passes through pixels, and two that nearly tie in a pixel.
     shop.write(
         "ties.txt",
         b"VP 2 2 1\nBG 9 9 9\nOBJ_N 4\nS 0 0 10 1 200 0 0\nS 0 0 10 0.99999994 0 200 0\n\
@@ -377,7 +376,7 @@ fn rounding_is_told_from_a_mistake() {
     let mut picture = shop.read("picture.ppm");
     let header = picture.len() - 65 * 65 * 3;
     let at = |column: usize, row: usize| header + (row * 65 + column) * 3;
-    // The sphere behind by 6e-8 of its radius is seen.
+    // The sphere that is farther by 6e-8 of its radius is shown.
     let centre = at(32, 32);
     assert_eq!(picture[centre..centre + 3], [200, 0, 0]);
     picture[centre..centre + 3].copy_from_slice(&[0, 200, 0]);
@@ -390,7 +389,7 @@ fn rounding_is_told_from_a_mistake() {
         text.contains("200   0   0  sphere 1 (line 4); sphere 2 (line 5) is farther by 6.6e-9"),
         "{text}"
     );
-    // A colour that no sphere has there, and one that none has at all.
+    // A colour of a sphere elsewhere, and one that no sphere has.
     for wrong in [[0, 0, 200], [1, 2, 3]] {
         picture[centre..centre + 3].copy_from_slice(&wrong);
         shop.write("picture.ppm", &picture);
@@ -404,7 +403,7 @@ fn rounding_is_told_from_a_mistake() {
 #[test]
 fn the_textbook_in_floats_is_rounding() {
     let shop = shop();
-    // As far as rounding goes: a sphere that the picture cuts at its outline.
+    // A sphere whose outline touches the edge of the picture.
     let exact = RIGHT.pixels();
     let textbook = textbook_pixels();
     let wrong = differing_pixels(&exact, &textbook);
@@ -429,14 +428,14 @@ fn the_textbook_in_floats_is_rounding() {
     ] {
         assert!(text.contains(line), "{text}");
     }
-    // By its own method the same picture is right.
+    // Compared with its own method, the same picture is right.
     shop.run(&format!(
         "{example} known.ppm 1920 1080 --verify --method textbook"
     ))
     .succeeds();
 }
 
-/// Of a large picture every other block of rows is looked at.
+/// In a large picture every other block of rows is examined.
 #[test]
 fn a_mistake_in_a_large_picture_is_named() {
     let shop = Workshop::new();
@@ -459,10 +458,10 @@ fn a_mistake_in_a_large_picture_is_named() {
     }
 }
 
-/// Far spheres are many pixels off in the textbook formula, which is rounding all
-/// the same; and a mistake in a picture of them is none.
+/// The textbook formula moves far spheres by many pixels, which is still rounding. A mistake
+/// in a picture of them is not taken for rounding.
 #[test]
-fn far_spheres_are_judged_by_what_rounding_does_to_them() {
+fn far_spheres_are_judged_by_the_size_of_rounding_errors() {
     let shop = Workshop::new();
     let far = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/far.txt");
     shop.run(&format!("{far} picture.ppm 160 90 --method textbook"))
@@ -515,7 +514,7 @@ fn the_first_ten_are_shown_and_all_are_counted() {
 }
 
 #[test]
-fn scripts_get_it_all_as_json() {
+fn the_report_as_json() {
     let shop = shop();
     let upside_down = Renderer {
         upside_down: true,
@@ -585,7 +584,7 @@ fn a_difference_marks_what_is_wrong_in_a_picture_that_is_judged() {
         wrong += u32::from(found != right);
     }
     assert!(wrong > 1000);
-    // To standard output, where no text may be then.
+    // The image goes to standard output, so no text may.
     let ran = verify(&shop, "--diff -");
     assert_eq!(ran.stdout, shop.read("marks.ppm"));
     assert_eq!(ran.code, 1);
@@ -602,7 +601,7 @@ fn a_difference_marks_what_is_wrong_in_a_picture_that_is_judged() {
         shop.run(line).fails(&["another name"]);
         assert_eq!((shop.read("scene.txt"), shop.read("picture.ppm")), before);
     }
-    // Nothing is left of a picture that ends too early.
+    // For a picture that ends too early, no image of marks is left.
     shop.write("picture.ppm", &RIGHT.picture()[..10_000]);
     shop.run_shell(
         "rm marks.ppm; cat picture.ppm | $SFERA scene.txt - 160 90 --verify --diff marks.ppm",
@@ -637,9 +636,9 @@ fn what_is_no_such_picture_is_refused() {
     shop.run("- - 160 90 --verify").refuses(&["not both"]);
 }
 
-/// Nothing is right about these pictures, and nothing of these scenes is ordinary.
+/// Wrong pictures of extreme scenes.
 #[test]
-fn whatever_the_scene_and_the_size_there_is_a_verdict() {
+fn any_scene_and_size_have_a_verdict() {
     let shop = Workshop::new();
     let scenes = [
         "VP 1 1 1 BG 9 9 9 OBJ_N 0",

@@ -1,15 +1,16 @@
-"""What each pixel of a scene shows, told a second time and another way.
+"""The sphere that each pixel of a scene shows, computed independently of sfera.
 
     python3 oracle.py SCENE WIDTH HEIGHT [SCENE WIDTH HEIGHT ...]
 
-prints for each scene one line a row: the number of the sphere each pixel shows,
--1 for the background.
+prints for each scene one line for each row: the number of the sphere that each
+pixel shows, -1 for the background.
 
-Written to share nothing with src/reference.rs. It reads the text itself and rounds
-it to floats in rational arithmetic; it solves for the distance t along the ray,
+It shares nothing with src/reference.rs. It reads the text itself and rounds it to
+floats in rational arithmetic; it solves for the distance t along the ray,
 A t^2 - 2 B t + c = 0, not for its inverse; and it orders two roots by enclosing them
-ever more tightly, where the reference squares. Enclosures that still overlap when
-they are narrower than two different roots can ever be mean equal roots.
+more and more tightly, where the reference squares. If the enclosures still overlap
+when they are narrower than the least distance of two different roots, the roots are
+equal.
 """
 
 import struct

@@ -1,6 +1,6 @@
-//! PNG by name: the same pixels, whole or not at all.
+//! PNG, chosen by the name: the same pixels, whole or not at all.
 
-// Shells, pipes and links as Unix has them.
+// Shells, pipes and links are those of Unix.
 #![cfg(unix)]
 
 #[path = "common/program.rs"]
@@ -29,7 +29,7 @@ fn pixels_of(ppm: &[u8], width: usize, height: usize) -> &[u8] {
     &ppm[ppm.len() - width * height * 3..]
 }
 
-/// A PNG of any kind, written plainly.
+/// A PNG of any kind, written by the png crate.
 fn encoded(
     width: u32,
     height: u32,
@@ -144,7 +144,7 @@ fn other_endings_of_pictures_are_refused_with_advice() {
             "balls.txt image.ppm 64 48 --method double --diff {name}"
         ))
         .refuses(&[name, "end the name in .png or .ppm"]);
-        // What is judged may have any name, and is told by what it holds.
+        // The picture to check may have any name; its contents say what it is.
         shop.write(name, b"\xff\xd8\xff\xe0 not a picture at all");
         shop.run(&format!("balls.txt {name} 64 48 --verify"))
             .fails(&[name, "a JPEG"]);
@@ -173,7 +173,7 @@ fn other_endings_of_pictures_are_refused_with_advice() {
 fn a_png_is_whole_or_not_at_all() {
     let shop = Workshop::new();
     shop.write("image.png", b"old");
-    // A limit that the first bytes already pass.
+    // A limit that the first bytes already exceed.
     let ran = shop.run_shell("ulimit -f 0; exec $SFERA balls.txt image.png 640 480");
     ran.fails(&["image.png: can't write to it", "ulimit -f"]);
     let ran = shop.run_shell(
@@ -187,7 +187,7 @@ fn a_png_is_whole_or_not_at_all() {
 }
 
 #[test]
-fn png_pictures_of_others_are_judged() {
+fn png_pictures_of_other_programs_are_checked() {
     use png::{
         BitDepth::{Eight, Sixteen},
         ColorType::{Grayscale, Rgb, Rgba},

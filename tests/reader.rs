@@ -1,4 +1,4 @@
-//! What is a scene, and what is told of what is not.
+//! Which texts are scenes, and which messages the others give.
 
 use std::{
     fs,

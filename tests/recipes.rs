@@ -1,7 +1,7 @@
 //! The commands of `scenes/README.md` that make pictures from data, run as they
 //! stand there.
 
-// Shells, pipes and links as Unix has them.
+// Shells, pipes and links are those of Unix.
 #![cfg(unix)]
 
 #[path = "common/program.rs"]
@@ -25,7 +25,7 @@ fn commands(chapter: &str) -> Vec<String> {
     lines.map(str::to_owned).collect()
 }
 
-/// A folder as a reader has it: data, the scenes of the project, sfera in the PATH.
+/// A folder as a user has it: the scenes of the project, and sfera in the PATH.
 fn folder() -> Workshop {
     let shop = Workshop::new();
     symlink(SCENES, shop.path("scenes")).expect("a link");
@@ -40,14 +40,14 @@ fn run(shop: &Workshop, command: &str) -> Ran {
     ran
 }
 
-/// A line of a PDB file: coordinates fill their columns, so blanks don't part them.
+/// A line of a PDB file: coordinates fill their columns, so no blanks separate them.
 fn atom(name: &str, [x, y, z]: [f64; 3], element: &str) -> String {
     format!(
         "ATOM      1 {name:<4} ALA A   1    {x:>8.3}{y:>8.3}{z:>8.3}  1.00  0.00          {element:>2}\n"
     )
 }
 
-/// The pixels of a picture of the README, and its sides.
+/// Width, height and pixels of a picture.
 fn picture(shop: &Workshop, name: &str) -> (usize, usize, Vec<[u8; 3]>) {
     let file = std::io::BufReader::new(fs::File::open(shop.path(name)).expect("a picture"));
     let mut reader = png::Decoder::new(file).read_info().expect("a PNG");
@@ -57,7 +57,7 @@ fn picture(shop: &Workshop, name: &str) -> (usize, usize, Vec<[u8; 3]>) {
     (info.width as usize, info.height as usize, pixels.to_vec())
 }
 
-/// That the picture holds all of it, and not much else.
+/// Checks that all of the scene is in the picture, and fills most of it.
 fn assert_fits(name: &str, (width, height, pixels): &(usize, usize, Vec<[u8; 3]>)) {
     let painted = |index: &usize| pixels[*index] != [255; 3];
     let painted: Vec<usize> = (0..width * height).filter(painted).collect();
@@ -85,8 +85,8 @@ fn every_command_does_what_it_says() {
     assert_eq!(commands.len(), 5);
     let shop = folder();
 
-    // Nitrogen is nearest to the reader, +z, and hides oxygen; carbon is at the
-    // right, sulphur above, and a lone pair of two unknown kinds far away.
+    // Nitrogen is nearest to the viewer, at +z, and hides oxygen. Carbon is at the right,
+    // sulphur above, and two atoms of unknown radii are farther away.
     let mut pdb = "HEADER    MADE UP\nMODEL        1\n".to_owned();
     for (name, place, element) in [
         (" N", [-100.25, -200.5, 303.0], " N"),

@@ -1,5 +1,5 @@
-//! The reference says what the picture means: known answers, and every pixel of
-//! hard scenes against an oracle written in another language and another way.
+//! The reference defines the picture. It is tested with known answers, and every pixel of hard
+//! scenes is compared with an oracle in another language and by another formula.
 
 mod common;
 
@@ -12,7 +12,7 @@ use common::{scene, size};
 use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
 use sfera::{camera::ImageSize, reference::Reference, scene::Scene, testing::families::FAMILIES};
 
-/// The picture, rows from the top: a digit for a sphere, a dot for the background.
+/// The picture as text, rows from the top: a digit for a sphere, a dot for the background.
 fn picture(scene: &Scene, size: ImageSize) -> String {
     let reference = Reference::new(scene, size);
     let row = |row| {
@@ -26,7 +26,7 @@ fn picture(scene: &Scene, size: ImageSize) -> String {
     (0..size.height()).map(row).collect::<Vec<_>>().join("\n")
 }
 
-/// What the one ray straight ahead sees.
+/// The sphere that the ray along the axis sees.
 fn ahead(spheres: &[[f32; 4]]) -> Option<usize> {
     Reference::new(&scene([1.0; 3], spheres), size(1, 1)).seen(0, 0)
 }
@@ -69,8 +69,8 @@ fn a_tangent_ray_sees_the_sphere_and_one_ulp_less_misses_it() {
 
 #[test]
 fn a_tangent_ray_off_every_axis_sees_the_sphere() {
-    // The upper right ray is along (2, 3, 6); (3, -6, 2) is at right angles to it,
-    // and both are 7 long.
+    // The upper right ray is along (2, 3, 6), perpendicular to (3, -6, 2). Both vectors
+    // have length 7.
     let right_angle = |k: f32, m: f32, radius| {
         let spheres = [[
             2.0 * k + 3.0 * m,
@@ -92,7 +92,7 @@ fn a_tangent_ray_off_every_axis_sees_the_sphere() {
 fn behind_is_invisible_even_along_the_tangent() {
     assert_eq!(ahead(&[[0.0, 0.0, -4.0, 1.0]]), None);
     assert_eq!(ahead(&[[1.0, 0.0, -4.0, 1.0]]), None);
-    // Partly before the plane of the camera, wholly behind the ray.
+    // Partly in front of the plane of the camera, but the ray never meets it.
     assert_eq!(ahead(&[[2.0, 0.0, -0.5, 1.0]]), None);
     // B = 0: the sphere beside the camera touches no ray.
     assert_eq!(ahead(&[[2.0, 0.0, 0.0, 1.0]]), None);
@@ -102,7 +102,7 @@ fn behind_is_invisible_even_along_the_tangent() {
 fn a_camera_inside_sees_the_far_wall() {
     assert_eq!(ahead(&[[0.0, 0.0, 0.0, 2.0]]), Some(0));
     assert_eq!(ahead(&[[0.0, 0.0, -1.5, 2.0]]), Some(0));
-    // The wall at 2 is behind the sphere from 1 to 1.5 and before the one from 3.
+    // The wall at 2 is behind the sphere from 1 to 1.5 and in front of the one from 3.
     let within = [0.0, 0.0, 1.25, 0.25];
     let beyond = [0.0, 0.0, 4.0, 1.0];
     assert_eq!(ahead(&[[0.0, 0.0, 0.0, 2.0], within]), Some(1));
@@ -129,7 +129,7 @@ fn a_camera_on_the_surface_sees_through_the_sphere_or_away_from_it() {
     assert_eq!(ahead(&[[0.0, 0.0, 2.0, 2.0]]), Some(0));
     assert_eq!(ahead(&[[3.0, 4.0, 12.0, 13.0]]), Some(0));
     assert_eq!(ahead(&[[3.0, 4.0, -12.0, 13.0]]), None);
-    // Along the tangent plane there is nothing to see.
+    // A ray in the tangent plane sees nothing.
     assert_eq!(ahead(&[[2.0, 0.0, 0.0, 2.0]]), None);
     // The far walls are at 2B/A: 24 and 8 units away.
     assert_eq!(
@@ -139,7 +139,7 @@ fn a_camera_on_the_surface_sees_through_the_sphere_or_away_from_it() {
 }
 
 #[test]
-fn of_equal_depths_the_earlier_line_is_seen() {
+fn of_equally_near_spheres_the_first_is_seen() {
     let sphere = [0.5, 0.0, 4.0, 1.0];
     assert_eq!(ahead(&[[0.0, 0.0, 9.0, 1.0], sphere, sphere]), Some(1));
     // Near walls at 3 along the ray, of different radii, and a wall from inside.
@@ -148,13 +148,13 @@ fn of_equal_depths_the_earlier_line_is_seen() {
         [0.0, 0.0, 5.0, 2.0],
         [0.0, 0.0, 0.0, 3.0],
     ];
-    // And one through whose surface the camera looks, 3 across.
+    // And one with the camera on its surface, 3 in diameter.
     let on_surface = [0.0, 0.0, 1.5, 1.5];
     for turn in 0..4 {
         let mut spheres = [at_three[0], at_three[1], at_three[2], on_surface];
         spheres.rotate_left(turn);
         assert_eq!(ahead(&spheres), Some(0));
-        // The smallest step nearer wins against all.
+        // The next nearer float wins against all.
         let nearer = [0.0, 0.0, 4.0, 1.0_f32.next_up()];
         let with_nearer = [spheres[0], spheres[1], spheres[2], spheres[3], nearer];
         assert_eq!(ahead(&with_nearer), Some(4));
@@ -162,8 +162,8 @@ fn of_equal_depths_the_earlier_line_is_seen() {
 }
 
 #[test]
-fn depths_equal_off_the_axis_are_equal() {
-    // Mirrored in the plane of the middle column, where alone they are equally far.
+fn equal_distances_off_the_axis_are_equal() {
+    // Mirror images in the plane of the middle column, only in which they are equally far.
     let left = [-0.3, 0.1, 4.0, 1.0];
     let right = [0.3, 0.1, 4.0, 1.0];
     let odd = scene([0.5, 0.2, 1.0], &[left, right]);
@@ -175,9 +175,9 @@ fn depths_equal_off_the_axis_are_equal() {
 }
 
 #[test]
-fn the_largest_and_the_smallest_floats_are_numbers_like_others() {
+fn the_largest_and_the_smallest_floats_are_exact_too() {
     let smallest = f32::from_bits(1);
-    // Two subnormal spheres before one as large as floats go.
+    // Two subnormal spheres in front of one with the largest floats.
     let spheres = [
         [0.0, 0.0, f32::MAX, f32::MAX / 2.0],
         [0.0, 0.0, 9.0 * smallest, smallest],
@@ -185,7 +185,7 @@ fn the_largest_and_the_smallest_floats_are_numbers_like_others() {
     ];
     assert_eq!(ahead(&spheres), Some(2));
     assert_eq!(ahead(&spheres[..1]), Some(0));
-    // Half of the viewport is a single smallest float.
+    // Half of the viewport is the smallest float.
     let viewport = [2.0 * smallest, 2.0 * smallest, f32::MAX];
     let reference = Reference::new(&scene(viewport, &spheres), size(3, 3));
     assert_eq!(reference.seen(0, 0), Some(2));
@@ -193,7 +193,7 @@ fn the_largest_and_the_smallest_floats_are_numbers_like_others() {
 
 // Against the oracle.
 
-/// A scene as text. The shortest digits that mean a float mean no other.
+/// A scene as text. The shortest digits of a float identify it.
 fn text(scene: &Scene) -> String {
     let viewport = scene.viewport();
     let mut text = format!(
@@ -216,8 +216,8 @@ fn text(scene: &Scene) -> String {
     text
 }
 
-/// The answers of `tests/oracle.py`, or nothing on a machine without Python; in
-/// CI that is a failure.
+/// The answers of `tests/oracle.py`, or `None` on a machine without Python, which is a
+/// failure in CI.
 fn oracle(scenes: &[(Scene, ImageSize)]) -> Option<Vec<Vec<Option<usize>>>> {
     let folder = tempfile::tempdir().expect("a folder for the scenes");
     let mut python = Command::new("python3");
@@ -295,8 +295,8 @@ fn the_oracle_agrees_on_every_family() {
 }
 
 #[test]
-fn the_oracle_agrees_where_all_is_degenerate() {
-    // Few values, so that tangents, ties, and cameras on surfaces are everywhere.
+fn the_oracle_agrees_on_degenerate_scenes() {
+    // Few values, so that tangents, ties and cameras on surfaces are frequent.
     let coordinate = (-4..=4).prop_map(|n| n as f32);
     let radius = (1..=5).prop_map(|n| n as f32);
     let sphere = (coordinate.clone(), coordinate.clone(), coordinate, radius)
@@ -320,8 +320,8 @@ fn the_oracle_agrees_where_all_is_degenerate() {
 }
 
 #[test]
-fn the_oracle_agrees_whatever_the_floats() {
-    // Any bits of a finite float, so that magnitudes mix as they never should.
+fn the_oracle_agrees_on_any_floats() {
+    // Any bits of a finite float, so that all magnitudes occur together.
     let number = any::<u32>()
         .prop_map(f32::from_bits)
         .prop_filter("finite", |number| number.is_finite());

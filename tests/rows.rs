@@ -1,7 +1,7 @@
 //! One picture by many processes: bands of rows in any order, killed and drawn
 //! again, are the picture that one process draws.
 
-// Of permissions, links and signals as Unix has them.
+// Permissions, links and signals are those of Unix.
 #![cfg(unix)]
 
 use std::{
@@ -22,7 +22,7 @@ const BANDS: u32 = 64;
 const PROCESSES: u64 = 4;
 const SIGKILL: i32 = 9;
 
-/// Slow enough, on any machine, for a kill to come in the middle of a band.
+/// Slow enough on any machine that a process can be killed in the middle of a band.
 const METHOD: [&str; 3] = ["--method", "textbook", "--scalar"];
 
 #[test]
@@ -83,8 +83,8 @@ impl Studio {
         self.start("bands.ppm", &["--rows", &rows])
     }
 
-    /// Draws each of `bands` until it is done, several at once. Of their
-    /// processes `kills` are killed, at some moment of their work.
+    /// Draws all `bands`, several at once, and kills `kills` of their processes at random
+    /// moments.
     fn draw_bands(&self, bands: &[u32], kills: usize) {
         let work = Mutex::new(Work {
             bands: bands.to_vec(),
@@ -103,7 +103,7 @@ impl Studio {
         loop {
             let (band, kill) = {
                 let mut work = work.lock().expect("no panic");
-                // With kills left when the bands are done, draw some again: that is allowed too.
+                // If kills are left when all bands are done, draw some again, which is allowed.
                 let band = match work.bands.pop() {
                     None if work.kills > 0 => random.below(BANDS),
                     None => return,
@@ -115,7 +115,7 @@ impl Studio {
             };
             let mut process = self.start_band(band);
             if kill {
-                // Starting takes its time too, so up to twice that of a band.
+                // Up to twice the time of a band, since starting takes time too.
                 thread::sleep(self.band_time.mul_f64(f64::from(random.below(201)) / 100.0));
                 process.kill().expect("it is ours");
             }
@@ -127,7 +127,7 @@ impl Studio {
             if killed {
                 work.bands.insert(0, band);
             } else if kill {
-                // It was done before; another one, then.
+                // It ended before the kill; kill another one.
                 work.kills += 1;
             }
         }

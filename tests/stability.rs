@@ -1,9 +1,9 @@
-//! Where methods hold and where they fail.
+//! Where methods are right and where they fail.
 //!
-//! Every figure is the number of wrong pixels against the exact picture, of
-//! [`SEEDS`] scenes a difficulty. What is pinned is what theory predicts; that a
-//! method fails where it must is as much a promise as that it holds where it can.
-//! `u` is the unit roundoff of a method, 6e-8 in floats and 1e-16 in doubles.
+//! Every figure is the number of wrong pixels compared with the exact picture, of [`SEEDS`]
+//! scenes for each difficulty. The tests assert what theory predicts: where a method must
+//! fail, and where it must not. `u` is the unit roundoff of a method, 6e-8 in floats and
+//! 1e-16 in doubles.
 
 mod common;
 
@@ -26,7 +26,7 @@ const HEIGHT: u32 = 49;
 
 const PIXELS: u64 = (WIDTH * HEIGHT) as u64 * SEEDS;
 
-/// A family measured: wrong pixels of each method at each difficulty.
+/// Wrong pixels of each method at each difficulty of a family.
 struct Measured {
     family: &'static Family,
     wrong: Vec<[u64; 3]>,
@@ -58,7 +58,7 @@ fn measured(name: &str) -> Measured {
 }
 
 impl Measured {
-    /// Wrong pixels of a method at the difficulties that `chosen` picks.
+    /// Wrong pixels of a method at the difficulties that `chosen` selects.
     fn wrong(&self, method: Method, chosen: impl Fn(f64) -> bool) -> Vec<u64> {
         let column = MEASURED.iter().position(|&measured| measured == method);
         let column = column.expect("a float method");
@@ -76,7 +76,7 @@ impl Measured {
         wrong
     }
 
-    /// Not a pixel is wrong.
+    /// Asserts that no pixel is wrong.
     fn holds(&self, methods: &[Method], chosen: impl Fn(f64) -> bool) {
         for &method in methods {
             let wrong = self.wrong(method, &chosen);
@@ -88,7 +88,7 @@ impl Measured {
         }
     }
 
-    /// Pixels are wrong at every difficulty chosen.
+    /// Asserts that some pixels are wrong at every chosen difficulty.
     fn fails(&self, methods: &[Method], chosen: impl Fn(f64) -> bool) {
         for &method in methods {
             let wrong = self.wrong(method, &chosen);
@@ -100,7 +100,7 @@ impl Measured {
         }
     }
 
-    /// More than a quarter of the picture is wrong at every difficulty chosen.
+    /// Asserts that more than a quarter of the picture is wrong at every chosen difficulty.
     fn breaks_down(&self, methods: &[Method], chosen: impl Fn(f64) -> bool) {
         for &method in methods {
             let wrong = self.wrong(method, &chosen);
@@ -124,9 +124,9 @@ fn the_example_has_4_wrong_pixels_by_the_textbook_and_none_in_doubles() {
     assert_eq!(wrong(Exact), 0);
 }
 
-/// `D = b^2 - 4ac` of unit `V` is off by `u |C|^2`, a share `u (|C|/r)^2` of `r^2`:
-/// nothing is left of it at `|C|/r = u^(-1/2)`, which is 4,096 in floats and 1e8 in
-/// doubles. `r^2 - |C - (C.V)V|^2` is off by a share `u |C|/r` only.
+/// `D = b^2 - 4ac` of unit `V` has an error of `u |C|^2`, which is `u (|C|/r)^2` times `r^2`:
+/// no digit is right at `|C|/r = u^(-1/2)`, which is 4,096 in floats and 1e8 in doubles.
+/// The error of `r^2 - |C - (C.V)V|^2` is only `u |C|/r` times `r^2`.
 #[test]
 fn far_spheres_need_the_stable_form() {
     let far = measured("far");
@@ -139,7 +139,7 @@ fn far_spheres_need_the_stable_form() {
     far.fails(&[DOUBLE], |distance| distance >= 1e7);
 }
 
-/// `c = C.C - r^2` is off by `u r^2`, and the surface by `u r` of its distance.
+/// `c = C.C - r^2` has an error of `u r^2`, and the distance of the surface one of `u r`.
 #[test]
 fn huge_spheres_outgrow_floats() {
     let huge = measured("huge");
@@ -148,7 +148,7 @@ fn huge_spheres_outgrow_floats() {
     huge.holds(&[DOUBLE], |_| true);
 }
 
-/// Depths are off by some `u` of the distance: gaps above that are seen.
+/// The relative error of a distance is some `u`: greater gaps are resolved.
 #[test]
 fn shells_closer_than_roundoff_are_confused() {
     let shells = measured("shells");
@@ -157,7 +157,7 @@ fn shells_closer_than_roundoff_are_confused() {
     shells.holds(&[DOUBLE], |_| true);
 }
 
-/// At the seam depths are equal; its width is `u` over the gap.
+/// At the seam distances are equal; the blurred width is `u` divided by the gap.
 #[test]
 fn seams_blur_as_spheres_draw_together() {
     let seams = measured("interpenetrating");
@@ -166,19 +166,19 @@ fn seams_blur_as_spheres_draw_together() {
     seams.holds(&[DOUBLE], |_| true);
 }
 
-/// Equal spheres have equal depths however they are rounded.
+/// Equal spheres have equal distances, however these are rounded.
 #[test]
 fn of_equal_spheres_every_method_shows_the_first() {
     measured("equal").holds(&MEASURED, |_| true);
 }
 
-/// `D = 0`: the sign of a rounded `D` is a matter of luck in any precision.
+/// `D = 0`: the sign of a rounded `D` is arbitrary in any precision.
 #[test]
 fn exact_tangents_need_exact_arithmetic() {
     measured("tangent").fails(&MEASURED, |_| true);
 }
 
-/// `D` is a share `2 gap` of `r^2`, against an error of `u (|C|/r)^2 = 100 u`.
+/// `D` is `2 gap` times `r^2`, with a relative error of `u (|C|/r)^2 = 100 u`.
 #[test]
 fn almost_tangents_need_more_digits_the_closer_they_are() {
     let almost = measured("almost tangent");
@@ -188,7 +188,7 @@ fn almost_tangents_need_more_digits_the_closer_they_are() {
     almost.holds(&[DOUBLE], |_| true);
 }
 
-/// The near wall is at `gap r`, off by `u r`.
+/// The near wall is at `gap r`, with an error of `u r`.
 #[test]
 fn a_wall_before_the_camera_needs_digits() {
     let inside = measured("inside");
@@ -197,18 +197,18 @@ fn a_wall_before_the_camera_needs_digits() {
     inside.holds(&[DOUBLE], |_| true);
 }
 
-/// `c = 0`: the near root is 0, and is taken for a hit if it comes out above 0.
+/// `c = 0`: the near root is 0, and counts as a hit if it is rounded to more than 0.
 #[test]
 fn a_camera_on_the_surface_needs_exact_arithmetic() {
     let surface = measured("on the surface");
     surface.fails(&MEASURED, |_| true);
-    // Squares of radii above 2^12 aren't floats, so c is no longer 0 itself.
+    // Squares of radii above 2^12 are not floats, so c is no longer 0.
     let far_above = surface.wrong(TEXTBOOK, |radius| radius >= 1e4);
     let below = surface.wrong(TEXTBOOK, |radius| radius <= 1e2);
     assert!(far_above.iter().min() > below.iter().max());
 }
 
-/// As for shells, but the difference is taken of walls as far as the radius.
+/// As for shells, but the distances of the walls are those of the radius.
 #[test]
 fn concentric_walls_closer_than_roundoff_are_confused() {
     let walls = measured("concentric");
@@ -217,7 +217,7 @@ fn concentric_walls_closer_than_roundoff_are_confused() {
     walls.holds(&[DOUBLE], |_| true);
 }
 
-/// As for a wall seen from inside, from the other side.
+/// As for a wall in front of the camera, but seen from outside the sphere.
 #[test]
 fn a_surface_beside_the_camera_needs_digits() {
     let beside = measured("beside");
@@ -226,7 +226,7 @@ fn a_surface_beside_the_camera_needs_digits() {
     beside.holds(&[DOUBLE], |_| true);
 }
 
-/// Squares of lengths overflow floats above 2^64, and vanish below 2^-75.
+/// Squares of lengths overflow floats above 2^64, and underflow to 0 below 2^-75.
 /// The squares of the largest and smallest floats are ordinary doubles.
 #[test]
 fn scale_matters_only_to_floats_and_only_where_squares_overflow_or_vanish() {
@@ -237,7 +237,7 @@ fn scale_matters_only_to_floats_and_only_where_squares_overflow_or_vanish() {
     scale.holds(&[DOUBLE], |_| true);
 }
 
-/// Nothing is hard here but the number of edges: some pixel is close to one.
+/// Only the number of edges makes these scenes hard: some pixel is close to one.
 #[test]
 fn ordinary_scenes_cost_the_textbook_a_few_pixels() {
     let mut by_textbook = 0;
@@ -252,23 +252,23 @@ fn ordinary_scenes_cost_the_textbook_a_few_pixels() {
     );
 }
 
-/// Equal depths are equal in any precision, wherever the copies are in the file.
+/// Equal distances are equal in any precision, wherever the copies are in the file.
 #[test]
 fn of_copies_apart_every_method_shows_the_first() {
     measured("copies").holds(&MEASURED, |_| true);
 }
 
-/// Depths differ by a share of about the shift.
+/// The relative difference of distances is about the shift.
 #[test]
-fn near_ties_are_ties_to_those_who_round() {
+fn near_ties_are_lost_by_rounding() {
     let near = measured("near ties");
     near.fails(&[TEXTBOOK, GEOMETRIC], |_| true);
     near.holds(&[DOUBLE], |shift| shift >= 1e-8);
     near.fails(&[DOUBLE], |shift| shift <= 1e-16);
 }
 
-/// A camera among spheres, in front of a floor, before a frustum full of them: not hard,
-/// but for a pixel here and there.
+/// A camera among spheres, above a floor, in front of a frustum full of them: easy scenes,
+/// except for a few pixels.
 #[test]
 fn ordinary_views_are_right_in_doubles() {
     for name in [

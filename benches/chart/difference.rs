@@ -1,4 +1,4 @@
-//! A telling scene: exact, by the textbook, and where they differ.
+//! One scene: the exact picture, the textbook one, and the pixels that differ.
 
 use std::path::Path;
 

@@ -1,7 +1,7 @@
-//! How the time grows: with spheres, with pixels, with threads.
+//! How the time grows with spheres, with pixels and with threads.
 //!
-//! The figures of Embree and of splat are those that `make peers` left; without them
-//! these are not drawn.
+//! The figures of Embree and of splat are those of the last `make peers`; without them these
+//! curves are not drawn.
 
 use std::{fmt::Write, fs, path::Path, time::Duration};
 
@@ -30,7 +30,7 @@ const WIDTHS: [u32; 9] = [416, 752, 1_328, 2_368, 4_208, 7_488, 13_328, 23_696, 
 const SPHERES: [usize; 6] = [100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
 const THREADS_SPHERES: usize = 100_000;
 
-/// A curve ends with the first frame that takes longer.
+/// A curve ends with the first frame that takes longer than this.
 const LONGEST: Duration = Duration::from_secs(3);
 
 const MILLISECONDS: (f64, f64) = (0.01, 100_000.0);
@@ -38,7 +38,7 @@ const RADIUS: f64 = 9.0;
 
 const TEXTBOOK: Method = Method::Textbook(Form::Packets);
 
-/// What a curve is of.
+/// The program or method of a curve.
 #[derive(Clone, Copy, PartialEq)]
 enum Subject {
     Exact,
@@ -77,7 +77,7 @@ impl Subject {
         }
     }
 
-    /// The floor is a line without marks.
+    /// The curve of filling memory has no markers.
     fn mark(self, area: &Area, at: (i32, i32)) -> Drawn {
         match self {
             Self::Exact => mark(area, at, Method::Exact, RADIUS),
@@ -249,7 +249,7 @@ impl Curves {
             .is_some_and(|&(_, milliseconds)| milliseconds > LONGEST.as_secs_f64() * 1e3)
     }
 
-    /// The median of frames, or the first alone if that is too long already.
+    /// The median of frames, or only the first if that already takes too long.
     fn measure(&mut self, subject: Subject, place: f64, mut frame: impl FnMut() -> Duration) {
         if self.ended(subject) {
             return;
@@ -264,7 +264,7 @@ impl Curves {
     }
 }
 
-/// Milliseconds of filling the memory of a picture on the threads there are.
+/// Milliseconds of filling the memory of a picture on all threads of the pool.
 fn fill(pixels: &mut [u8]) -> f64 {
     let piece = pixels.len().div_ceil(rayon::current_num_threads());
     let time = median(|| {
@@ -324,7 +324,7 @@ impl Measured {
         })
     }
 
-    /// Those of one place are the modes of one peer on one scene.
+    /// Rows with equal keys are the modes of one peer on one scene.
     fn place(&self) -> (u8, bool, f64, u32, usize) {
         let Self {
             subject,
@@ -338,7 +338,7 @@ impl Measured {
     }
 }
 
-/// The best modes of the peers, at thread counts that this machine has.
+/// The best modes of the peers, at the thread counts of this machine.
 fn peers(most_threads: usize) -> Vec<Measured> {
     let table = fs::read_to_string(PEERS).unwrap_or_default();
     let rows = table.lines().filter_map(Measured::of_line);

@@ -1,10 +1,12 @@
-//! Measures the methods and draws the charts of the README.
+//! Measures the methods and draws the charts of the README and of `benches/charts`.
 //!
 //! ```text
-//! make chart                         speed, stability, difference, growth, to benches/charts/
-//! make growth                        growth alone
-//! make chart SCENES="one.txt ..."    speed on scenes of your own, to target/charts/
+//! make chart                         -- all: speed, stability, difference, growth, to benches/charts/
+//! make growth                        -- growth: growth alone, to benches/charts/
+//! make chart SCENES="one.txt ..."    -- one.txt ...: speed on scenes of your own, to target/charts/
 //! ```
+//!
+//! Without arguments it draws nothing, so that plain `cargo bench` leaves the charts alone.
 
 mod difference;
 mod growth;
@@ -29,12 +31,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         .filter(|argument| !argument.to_string_lossy().starts_with("--"))
         .map(PathBuf::from)
         .collect();
-    if own == [Path::new("growth")] {
-        draw_growth(Path::new("benches/charts"))
-    } else if own.is_empty() {
-        draw_all(Path::new("benches/charts"))
-    } else {
-        draw_own(&own, Path::new("target/charts"))
+    match own.as_slice() {
+        [] => {
+            println!("no chart is drawn: use make chart, or -- all");
+            Ok(())
+        }
+        [all] if all == "all" => draw_all(Path::new("benches/charts")),
+        [growth] if growth == "growth" => draw_growth(Path::new("benches/charts")),
+        scenes => draw_own(scenes, Path::new("target/charts")),
     }
 }
 
@@ -45,7 +49,7 @@ fn draw_all(folder: &Path) -> Result<(), Box<dyn Error>> {
     let scenes = ["cloud", "molecule", "floor", "among"].map(|name| {
         let family = families::FAMILIES.iter();
         let mut named = family.filter(|family| family.name == name);
-        // A thousand spheres, or a floor a thousand times as large as what stands on it.
+        // A thousand spheres, or a floor a thousand times as large as the spheres on it.
         named
             .next()
             .map(|family| (name.to_owned(), family.scene(1e3, 1)))

@@ -1,4 +1,4 @@
-//! Frames, their time and their wrong pixels.
+//! The time and the wrong pixels of frames.
 
 use std::time::{Duration, Instant};
 
@@ -25,8 +25,8 @@ pub(crate) fn picture(scene: &Scene, size: ImageSize, method: Method) -> Vec<u8>
 /// Above this many spheres a frame of the reference takes minutes.
 const REFERENCE_SPHERES: usize = 64;
 
-/// What a method is held against: the reference, or exact where there are too
-/// many spheres for it. Exact itself then answers to the reference on a small image.
+/// The picture that methods are compared with: that of the reference, or of exact if there are
+/// too many spheres for the reference. Then exact is compared with the reference on a small image.
 pub(crate) fn judge(scene: &Scene) -> Method {
     if scene.spheres().len() <= REFERENCE_SPHERES {
         Method::Reference
@@ -35,7 +35,7 @@ pub(crate) fn judge(scene: &Scene) -> Method {
     }
 }
 
-/// The median of frames: at least three and at most a second of them.
+/// The median time of frames: of at least three, for at most about a second.
 pub(crate) fn median(mut frame: impl FnMut() -> Duration) -> Duration {
     const LEAST: usize = 3;
     const BUDGET: Duration = Duration::from_secs(1);

@@ -1,4 +1,4 @@
-//! What the charts share: axes, colours, markers, the legend.
+//! What the charts have in common: axes, colours, markers, the legend.
 
 use std::error::Error;
 
@@ -19,10 +19,10 @@ pub(crate) type Panel<'panel, 'file> =
 
 pub(crate) type Drawn<T = ()> = Result<T, Box<dyn Error>>;
 
-/// Twice the width that a page of GitHub gives to a picture.
+/// Twice the width of a picture on a page of GitHub.
 pub(crate) const WIDTH: u32 = 1680;
 
-/// Letters of 12 and 14 pixels on that page.
+/// Font sizes, 12 and 14 pixels on that page.
 pub(crate) const SMALL: u32 = 24;
 pub(crate) const LARGE: u32 = 28;
 
@@ -33,7 +33,7 @@ pub(crate) fn font(size: u32) -> TextStyle<'static> {
     ("sans-serif", size).into_font().color(&BLACK)
 }
 
-/// Colours that all eyes tell apart: M. Okabe, K. Ito, Color Universal Design, 2008.
+/// Colours that colour-blind readers can distinguish: M. Okabe, K. Ito, Color Universal Design, 2008.
 pub(crate) fn colour(method: Method) -> RGBColor {
     match method {
         Method::Textbook(_) => RGBColor(230, 159, 0),
@@ -80,7 +80,7 @@ pub(crate) fn mark_filled(
     } else {
         WHITE.filled()
     };
-    // Corners from the top, as shares of the radius: each shape is about as large.
+    // Corners from the top, in units of the radius, so that all shapes are about equally large.
     let (corners, far, near) = match method {
         Method::Textbook(_) => {
             area.draw(&Circle::new(at, radius.round() as i32, inside))?;
@@ -183,7 +183,7 @@ impl Ranged for Decades {
         let exponents = self.exponents();
         let count = exponents.clone().count();
         let step = count.div_ceil(hint.bold_points().max(1)) as i32;
-        // Steps that people count in.
+        // Round steps.
         let step = [1, 2, 3, 5, 10, 20, 40]
             .into_iter()
             .find(|&round| round >= step)

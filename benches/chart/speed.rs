@@ -19,16 +19,16 @@ use crate::{
 const COLUMNS: u32 = 1920;
 const ROWS: u32 = 1080;
 
-/// Of the markers.
+/// The radius of the markers.
 const RADIUS: f64 = 12.0;
 
-/// Who draws.
+/// The method or program that draws.
 #[derive(Clone, Copy)]
 enum Painter {
     Method(Method),
-    /// The engine, as if nothing were rounded.
+    /// The engine with its error bounds ignored.
     BoundsIgnored,
-    /// The best inexact one, in C.
+    /// The best inexact rasteriser, in C.
     Splat,
 }
 
@@ -66,7 +66,7 @@ impl Painter {
         }
     }
 
-    /// A place in the band of zero for each, so that equal points stand apart.
+    /// A place in the band of zero for each, so that equal points do not overlap.
     fn zero_row(self) -> f64 {
         match self {
             Self::Method(method) => zero_row(method),
@@ -240,7 +240,7 @@ fn plot(measured: &[(String, Vec<Point>, f64)], threads: usize, path: &Path) -> 
     Ok(())
 }
 
-/// A place in the band of zero for each method, so that equal points stand apart.
+/// A place in the band of zero for each method, so that equal points do not overlap.
 pub(crate) fn zero_row(method: Method) -> f64 {
     match method {
         Method::Textbook(_) => -0.12,

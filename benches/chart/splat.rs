@@ -1,5 +1,5 @@
-//! The fastest inexact picture we know how to make, in C: `benches/peers/splat.c`,
-//! as `make splat` has built it.
+//! The fastest inexact rasteriser that we could write, in C: `benches/peers/splat.c`, built by
+//! `make splat`.
 
 use std::{fs, path::Path, process::Command};
 
@@ -8,14 +8,14 @@ use sfera::{camera::ImageSize, ppm, scene::Scene};
 
 use crate::plot::Drawn;
 
-/// Beside those of [`plot::colour`](crate::plot::colour).
+/// Its colour, besides those of [`plot::colour`](crate::plot::colour).
 pub(crate) const COLOUR: RGBColor = RGBColor(204, 121, 167);
 
-/// The widest first; those that the CPU can't run are not built.
+/// The programs, the one with the most lanes first; those that the CPU can't run are not built.
 const BUILT: [&str; 2] = ["target/peers/splat-16", "target/peers/splat-8"];
 const RUNS: &str = "25";
 
-/// The milliseconds of a frame and its bytes, by the faster of what is built.
+/// The milliseconds and the bytes of a frame, drawn by the fastest program that is built.
 pub(crate) fn measure(name: &str, scene: &Scene, size: ImageSize) -> Drawn<Option<(f64, Vec<u8>)>> {
     let folder = Path::new("target/charts");
     fs::create_dir_all(folder)?;
@@ -48,7 +48,7 @@ pub(crate) fn measure(name: &str, scene: &Scene, size: ImageSize) -> Drawn<Optio
     Ok(best)
 }
 
-/// The numbers of a stage in its line of JSON.
+/// The numbers of a phase in a line of JSON.
 fn samples(line: &str, stage: &str) -> Vec<f64> {
     let after = line.split(&format!("\"{stage}\": [")).nth(1);
     let numbers = after.and_then(|rest| rest.split(']').next());

@@ -20,10 +20,10 @@ const COLUMNS: u32 = 129;
 const ROWS: u32 = 97;
 const SEEDS: u64 = 8;
 
-/// Of the markers.
+/// The radius of the markers.
 const RADIUS: f64 = 8.0;
 
-/// Those on top are drawn last.
+/// The methods, in drawing order: later ones are on top.
 const METHODS: [Method; 4] = [
     Method::Exact,
     Method::Double(Form::Packets),
@@ -37,7 +37,7 @@ type Curves = Vec<(f64, [f64; METHODS.len()])>;
 /// Measures every family and draws a panel for each.
 pub(crate) fn draw(folder: &Path) -> Drawn {
     let mut table =
-        String::from("family,knob,difficulty,method,pixels,wrong_pixels,wrong_per_million\n");
+        String::from("family,parameter,difficulty,method,pixels,wrong_pixels,wrong_per_million\n");
     let mut measured = Vec::new();
     for family in FAMILIES {
         println!("{}", family.name);
@@ -75,7 +75,12 @@ fn measure(family: &Family, table: &mut String) -> Drawn<Curves> {
             writeln!(
                 table,
                 "{},{},{difficulty:e},{},{},{},{:.3}",
-                family.name, family.knob, method, pixels[index], sums[index], per_million[index],
+                family.name,
+                family.parameter,
+                method,
+                pixels[index],
+                sums[index],
+                per_million[index],
             )?;
         }
         curves.push((difficulty, per_million));
@@ -104,7 +109,7 @@ fn plot(measured: &[(&Family, Curves)], path: &Path) -> Drawn {
         let mut chart = panel(
             area,
             family.name,
-            (Decades::new(easiest, hardest), family.knob),
+            (Decades::new(easiest, hardest), family.parameter),
             (Decades::with_zero(1.6, 1.0, 1e6), y_description),
         )?;
         for (column, method) in METHODS.into_iter().enumerate() {

@@ -18,8 +18,8 @@ use sfera::{
 
 use super::{Failure, generate::Page, output, png, statistics};
 
-/// Endings of pictures that are not written. Without them a `.jpg` would hold a
-/// PPM, and nobody be told.
+/// Endings of picture formats that are not written. Without this list a `.jpg` would hold
+/// a PPM without any warning.
 const OTHER_PICTURES: [&str; 32] = [
     "avif", "bmp", "dds", "dng", "emf", "eps", "exr", "ff", "gif", "hdr", "heic", "heif", "ico",
     "jp2", "jpe", "jpeg", "jpg", "jxl", "pam", "pbm", "pcx", "pdf", "pfm", "pgm", "ps", "psd",
@@ -45,13 +45,13 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Job {
-    /// The scene, a text; - for standard input
+    /// The scene, a text file; - for standard input
     pub(crate) scene: PathBuf,
 
-    /// The image, PNG if it ends so, else PPM; - for standard output
+    /// The image, PNG or PPM by its name; - for standard output
     pub(crate) image: PathBuf,
 
-    /// Pixels of a row
+    /// Pixels in a row
     #[arg(value_parser = side, allow_negative_numbers = true)]
     width: u32,
 
@@ -63,7 +63,7 @@ pub(crate) struct Job {
     #[arg(long, value_enum, default_value_t)]
     method: MethodName,
 
-    /// A float method one pixel at a time: the same, slower
+    /// Run a float method one pixel at a time: same bytes, slower
     #[arg(long)]
     scalar: bool,
 
@@ -71,15 +71,15 @@ pub(crate) struct Job {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 
-    /// Draw only these rows, from 0, B not included, in place
+    /// Draw only these rows, in place: from 0, B not included
     #[arg(long, value_name = "A..B")]
     pub(crate) rows: Option<RowRange>,
 
-    /// Judge an image that is there, whoever drew it
+    /// Check an existing image, whoever drew it
     #[arg(long)]
     verify: bool,
 
-    /// Draw by every method, print how fast and wrong each is
+    /// Draw with every method, print its speed and wrong pixels
     #[arg(long, conflicts_with_all = ["method", "scalar", "rows", "verify", "diff", "stats", "quiet"])]
     compare: bool,
 
@@ -87,12 +87,12 @@ pub(crate) struct Job {
     #[arg(long, value_name = "FILE", conflicts_with = "rows")]
     pub(crate) diff: Option<PathBuf>,
 
-    /// Tell on standard error how long it took, or all as JSON
+    /// Print times and counts on standard error, or as JSON
     #[arg(long, value_enum, value_name = "FORMAT", num_args = 0..=1, require_equals = true,
           default_missing_value = "text", conflicts_with = "quiet")]
     pub(crate) stats: Option<statistics::Style>,
 
-    /// Say nothing but errors: no progress bar, no remarks
+    /// Print nothing but errors: no progress bar, no remarks
     #[arg(long)]
     pub(crate) quiet: bool,
 }
@@ -108,11 +108,11 @@ enum MethodName {
     /// Every pixel proven right, and the fastest
     #[default]
     Exact,
-    /// The meaning of the picture in integers, slow: the judge of the others
+    /// The definition of the picture in integers, slow: checks the others
     Reference,
 }
 
-/// What the program is asked to do.
+/// The job that the command line asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Mode {
     Render,
@@ -120,7 +120,7 @@ pub(crate) enum Mode {
     Compare,
 }
 
-/// The words of `--rows A..B`.
+/// The value of `--rows A..B`.
 #[derive(Clone, Debug)]
 pub(crate) struct RowRange(Range<u32>);
 
@@ -133,7 +133,7 @@ impl FromStr for RowRange {
             .and_then(|(first, end)| Some((first.parse().ok()?, end.parse().ok()?)));
         match ends {
             Some((first, end)) if first < end => Ok(Self(first..end)),
-            Some(_) => Err("there is no row in it: A must be less than B".into()),
+            Some(_) => Err("this range has no rows: A must be less than B".into()),
             None => Err("write it as A..B, two whole numbers, like 0..540".into()),
         }
     }
@@ -152,25 +152,25 @@ fn side(text: &str) -> Result<u32, String> {
 }
 
 impl Arguments {
-    /// Reads the command line; ends the program with exit code 2 and a message
-    /// when it is wrong, and with 0 when help is asked for and given.
+    /// Reads the command line. Ends the program with exit code 2 and a message if it is
+    /// wrong, and with 0 after printing help.
     pub(crate) fn read() -> Result<Self, Failure> {
         Self::try_parse().or_else(|answer| {
             if answer.use_stderr() {
-                // The same mistake, without what a terminal would obey.
+                // The same mistake, without characters that control a terminal.
                 let shown = env::args_os().map(|argument| printable(argument.as_encoded_bytes()));
                 Self::try_parse_from(shown).err().unwrap_or(answer).exit()
             }
             answer
                 .print()
                 .and_then(|()| io::stdout().flush())
-                .map_err(|error| output::lost("-".as_ref(), error))?;
+                .map_err(|error| output::write_failed("-".as_ref(), error))?;
             process::exit(0)
         })
     }
 
-    /// Checks the command line; ends the program with exit code 2 and
-    /// a message when it is wrong.
+    /// Checks the command line. Ends the program with exit code 2 and a message if it is
+    /// wrong.
     pub(crate) fn job(&self) -> &Job {
         let Some(job) = &self.job else {
             refuse(ErrorKind::MissingRequiredArgument, "no scene")
@@ -186,7 +186,7 @@ fn refuse(kind: ErrorKind, message: impl std::fmt::Display) -> ! {
 }
 
 impl Job {
-    /// What clap can't check: combinations, and values that depend on others.
+    /// Checks what clap can't: combinations, and values that depend on others.
     fn check(&self) {
         if let Err(error) = ImageSize::new(self.width, self.height) {
             refuse(ErrorKind::ValueValidation, error);
@@ -251,7 +251,7 @@ impl Job {
         }
     }
 
-    /// That no image gets a name that says it is something else.
+    /// Checks that no image gets the name of another format.
     fn check_endings(&self) {
         let image = (!self.verify).then_some(&self.image);
         for path in image.into_iter().chain(&self.diff) {
@@ -263,7 +263,7 @@ impl Job {
                     ErrorKind::ValueValidation,
                     format_args!(
                         "{}: images are written as PPM or PNG, not as {ending}; \
-                         end the name in .png or .ppm, and turn that into {ending} with another program",
+                         end the name in .png or .ppm, and convert it to {ending} with another program",
                         shown(path)
                     ),
                 );
@@ -271,7 +271,7 @@ impl Job {
             if ending == "png" && self.rows.is_some() {
                 refuse(
                     ErrorKind::ArgumentConflict,
-                    "--rows draws in place, which a PNG can't be; end the name in .ppm, and turn it into PNG when it is complete (pnmtopng)",
+                    "--rows draws in place, which a PNG does not allow; end the name in .ppm, and convert it to PNG when it is complete (pnmtopng)",
                 );
             }
             if ending == "png" && self.width.max(self.height) > png::LONGEST_SIDE {
@@ -305,7 +305,7 @@ impl Job {
         }
     }
 
-    /// The rows asked for, or all.
+    /// The rows to draw: those asked for, or all.
     pub(crate) fn rows(&self) -> Range<u32> {
         match &self.rows {
             Some(RowRange(rows)) => rows.clone(),
@@ -313,12 +313,12 @@ impl Job {
         }
     }
 
-    /// The pixels asked for.
+    /// The number of pixels to draw.
     pub(crate) fn pixels(&self) -> u64 {
         self.rows().len() as u64 * u64::from(self.width)
     }
 
-    /// Whether it takes long however few the pixels.
+    /// Whether the job takes long even for few pixels.
     pub(crate) fn is_laborious(&self) -> bool {
         self.method != MethodName::Exact || self.mode() != Mode::Render
     }
@@ -346,9 +346,9 @@ impl Job {
 const LONG_ABOUT: &str = "\
 Renders a scene of flat-coloured spheres to a PPM or PNG, every pixel provably right.
 
-The image appears under its name when it is complete; whatever fails, an image that was there before stays as it was.";
+The image appears under its name when it is complete. If anything fails, an earlier image stays as it was.";
 
-/// What `--help` prints: two screens, and what most people look for first.
+/// What `--help` prints: two screens, with the usual commands first.
 const HELP: &str = "\
 {about}
 
@@ -367,11 +367,11 @@ Examples:
 const EXIT_CODES: &str = "\
 Exit codes:
     0  the image is complete; with --verify, every pixel is right
-    1  something failed; standard error says what, and what would mend it
+    1  something failed; standard error says what, and how to fix it
     2  the command line is wrong
   128 + N  ended by signal N, as 130 by an interrupt; 141  nobody reads the output";
 
-/// Beside the options, on the manual page.
+/// What the manual page has besides the options.
 const LONG_HELP: &str = "\
 Examples:
   The picture, 1920 x 1080; the same as PNG:
@@ -398,10 +398,10 @@ Examples:
 
 Exit codes:
     0  the image is complete (with --verify: every pixel is right)
-    1  something failed; one line on standard error says what, and what would mend it
+    1  something failed; one line on standard error says what, and how to fix it
     2  the command line is wrong
   128 + N  ended by signal N: 130 interrupted (SIGINT), 143 terminated (SIGTERM), 129 hung up (SIGHUP)
   141  nobody reads standard output any more
 
-Only with --rows is an image changed in place. Otherwise it appears under its name when it is complete,
-and until then the file that was there before stays as it was.";
+Only --rows changes an image in place. Otherwise the image appears under its name when it is complete,
+and until then an earlier file stays as it was.";

@@ -1,4 +1,4 @@
-//! `--compare`: every method on the user's own scene, speed beside accuracy.
+//! `--compare`: every method on the user's scene, with its speed and its accuracy.
 
 use std::{
     ops::Range,
@@ -26,18 +26,18 @@ pub(crate) struct Comparison<'scene> {
     size: ImageSize,
     exact: Entrant<'scene>,
     others: Vec<Entrant<'scene>>,
-    /// Whether the reference takes part.
+    /// Whether the reference is drawn too.
     affordable: bool,
     pixels: Vec<u8>,
 }
 
-/// What the reference may be asked: pixels times spheres, some seconds of work.
-const MOST_REFERENCE_TESTS: u64 = 40_000_000;
+/// The limit of pixels times spheres for the reference: some seconds of work.
+const MAX_REFERENCE_TESTS: u64 = 40_000_000;
 
-/// A picture that is drawn faster than this is drawn again, for the median.
+/// A picture that takes less than this is drawn again, for a median.
 const SHORT: Duration = Duration::from_millis(100);
 
-/// How often a fast picture is drawn.
+/// How many times such a picture is drawn.
 const RUNS: usize = 5;
 
 impl<'scene> Comparison<'scene> {
@@ -49,7 +49,7 @@ impl<'scene> Comparison<'scene> {
             wrong: 0,
         };
         let affordable =
-            size.pixels().saturating_mul(scene.spheres().len() as u64) <= MOST_REFERENCE_TESTS;
+            size.pixels().saturating_mul(scene.spheres().len() as u64) <= MAX_REFERENCE_TESTS;
         let mut others = Vec::new();
         for method in [Method::Textbook, Method::Geometric, Method::Double] {
             others.push(entrant(method(Form::Scalar)));
@@ -67,7 +67,7 @@ impl<'scene> Comparison<'scene> {
         }
     }
 
-    /// Draws `rows` by every method, and leaves what exact drew in `right`.
+    /// Draws `rows` with every method, and leaves the exact ones in `right`.
     pub(crate) fn draw(&mut self, rows: &Range<u32>, right: &mut [u8]) {
         self.exact.draw(rows, right);
         self.pixels.resize(right.len(), 0);
@@ -105,7 +105,7 @@ impl<'scene> Comparison<'scene> {
 }
 
 impl Entrant<'_> {
-    /// Draws once and, if that was quick, for the median a few times more.
+    /// Draws once or, if that is quick, several times, and adds the median time.
     fn draw(&mut self, rows: &Range<u32>, pixels: &mut [u8]) {
         let mut times = Vec::with_capacity(RUNS);
         loop {

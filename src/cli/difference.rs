@@ -1,4 +1,4 @@
-//! `--diff`: where does a method draw something else than what is right?
+//! `--diff`: marks the pixels that a method draws wrong.
 
 use sfera::{
     camera::{BYTES_PER_PIXEL, ImageSize},
@@ -26,7 +26,7 @@ impl<'scene> Marker<'scene> {
         }
     }
 
-    /// Turns `pixels` that a method drew into marks.
+    /// Replaces `pixels`, drawn by a method, with marks.
     pub(crate) fn mark(&mut self, rows: std::ops::Range<u32>, pixels: &mut [u8]) {
         self.right.resize(pixels.len(), 0);
         self.exact.draw(rows, &mut self.right);
@@ -34,8 +34,8 @@ impl<'scene> Marker<'scene> {
     }
 }
 
-/// Turns `pixels` into marks: red where they are not `right`, elsewhere the right
-/// picture in pale grey. Returns how many are red.
+/// Replaces `pixels` with marks: red where they differ from `right`, elsewhere the right
+/// picture in pale grey. Returns the number of red pixels.
 pub(crate) fn mark(pixels: &mut [u8], right: &[u8]) -> u64 {
     let mut wrong = 0;
     for (pixel, right) in pixels

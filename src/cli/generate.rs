@@ -1,4 +1,4 @@
-//! `--generate`: what shells and `man` want to know of the command line.
+//! `--generate`: completions for shells, and the manual page.
 
 use clap::{CommandFactory, ValueEnum};
 use clap_complete::Shell;
@@ -27,7 +27,7 @@ pub(crate) fn page(page: Page) -> Vec<u8> {
         Page::Bash => complete(Shell::Bash),
         Page::Zsh => complete(Shell::Zsh),
         Page::Fish => complete(Shell::Fish),
-        // Nothing that is written to memory fails.
+        // Writing to memory does not fail.
         Page::Man => drop(clap_mangen::Man::new(command).render(&mut text)),
     }
     text

@@ -1,4 +1,4 @@
-//! Memory that can't be had: a message of ours instead of the standard library's.
+//! Failed allocations: a message of the program instead of the standard library's.
 
 use std::{
     alloc::{GlobalAlloc, Layout, System},
@@ -7,7 +7,7 @@ use std::{
 
 use super::signals;
 
-/// The system's allocator, which ends the program when it has no memory left.
+/// The system's allocator, but a failed allocation ends the program.
 struct Allocator;
 
 #[global_allocator]
@@ -15,24 +15,25 @@ static ALLOCATOR: Allocator = Allocator;
 
 #[expect(
     unsafe_code,
-    reason = "the standard library's message can't be replaced in another way"
+    reason = "there is no other way to replace the standard library's message"
 )]
-// SAFETY: every call is the system's, with the same arguments, whose contract is
-// the caller's. What differs is that a null pointer ends the program.
+// SAFETY: every call is passed to the system's allocator with the same arguments, so the
+// caller's promises are those that it asks for. The only difference is that a null pointer
+// ends the program.
 unsafe impl GlobalAlloc for Allocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         // SAFETY: as the caller promises.
-        had(unsafe { System.alloc(layout) }, layout.size())
+        checked(unsafe { System.alloc(layout) }, layout.size())
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         // SAFETY: as the caller promises.
-        had(unsafe { System.alloc_zeroed(layout) }, layout.size())
+        checked(unsafe { System.alloc_zeroed(layout) }, layout.size())
     }
 
     unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         // SAFETY: as the caller promises.
-        had(unsafe { System.realloc(memory, layout, size) }, size)
+        checked(unsafe { System.realloc(memory, layout, size) }, size)
     }
 
     unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
@@ -41,7 +42,7 @@ unsafe impl GlobalAlloc for Allocator {
     }
 }
 
-fn had(memory: *mut u8, bytes: usize) -> *mut u8 {
+fn checked(memory: *mut u8, bytes: usize) -> *mut u8 {
     if memory.is_null() {
         out_of_memory(bytes);
     }

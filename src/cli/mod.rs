@@ -55,24 +55,24 @@ use self::{
     workers::Workers,
 };
 
-/// Why the program ends with something else than 0.
+/// Why the program ends with an exit code other than 0.
 #[derive(Debug)]
 enum Failure {
     /// One line for the user, exit code 1.
     Message(String),
-    /// Exit code 1; what there is to say has been said.
-    Told,
-    /// Nobody reads what is written: nothing to say, and the exit code of a
-    /// program that `SIGPIPE` ended, 141.
+    /// Exit code 1, without a message: the report has been printed.
+    Reported,
+    /// Nobody reads the output: no message, and the exit code of a program that `SIGPIPE`
+    /// ended, 141.
     NobodyReads,
 }
 
 const EXIT_NOBODY_READS: u8 = 141;
 
-/// What messages call it.
+/// Its name in messages.
 const STANDARD_INPUT: &str = "standard input";
 
-/// Only of errors that name the file, and of messages of our own.
+/// Every conversion is from an error that names its file, or from a message of our own.
 impl From<ImageError> for Failure {
     fn from(error: ImageError) -> Self {
         Self::Message(error.to_string())
@@ -93,7 +93,7 @@ impl From<String> for Failure {
 
 pub(crate) fn main() -> ExitCode {
     report_panics_in_one_line();
-    // Before anything that may lack memory.
+    // Before anything that may fail for lack of memory.
     signals::prepare();
     match panic::catch_unwind(|| run(&Arguments::read()?)) {
         Ok(Ok(())) => ExitCode::SUCCESS,
@@ -102,12 +102,12 @@ pub(crate) fn main() -> ExitCode {
             tell(format_args!("sfera: {message}"));
             ExitCode::FAILURE
         }
-        Ok(Err(Failure::Told)) | Err(_) => ExitCode::FAILURE,
+        Ok(Err(Failure::Reported)) | Err(_) => ExitCode::FAILURE,
     }
 }
 
-/// A line on standard error, in one piece: others may write there too. That it
-/// can't be written changes nothing.
+/// Writes a line to standard error in one piece, since other programs may write there too.
+/// Failing to write it changes nothing.
 pub(crate) fn tell(text: fmt::Arguments<'_>) {
     let text = text.to_string();
     let mut lines: Vec<_> = text
@@ -124,7 +124,7 @@ fn print(text: &[u8]) -> Result<(), Failure> {
     stdout
         .write_all(text)
         .and_then(|()| stdout.flush())
-        .map_err(|error| output::lost("-".as_ref(), error))
+        .map_err(|error| output::write_failed("-".as_ref(), error))
 }
 
 fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -142,7 +142,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     })
 }
 
-/// The plain job: a scene to an image, or some of its rows.
+/// The ordinary job: from a scene to an image, or some of its rows.
 fn render(job: &Job, workers: &Workers) -> Result<(), Failure> {
     let mut clock = Clock::start();
     let places = Places::of(job)?;
@@ -152,7 +152,7 @@ fn render(job: &Job, workers: &Workers) -> Result<(), Failure> {
     let (size, rows) = (job.size(), job.rows());
     let renderer = renderer(job, &scene);
     let mut output = places.open_image(job)?;
-    // Before anything is drawn: it may be refused.
+    // Opened before anything is drawn, because it may be refused.
     let marks = match &places.marks {
         Some(marks) => Some(Output::open(marks, job)?),
         None => None,
@@ -164,7 +164,7 @@ fn render(job: &Job, workers: &Workers) -> Result<(), Failure> {
     output.draw(rows, |rows, pixels| {
         counts += renderer.draw_with_progress(rows, pixels, &|drawn| {
             workers.has_drawn();
-            workers.call_if_late();
+            workers.start_others_if_late();
             progress.advance(drawn);
         });
         Ok(())
@@ -195,8 +195,7 @@ fn render(job: &Job, workers: &Workers) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The one place where a scene is read; of some rows, without the spheres that
-/// can't show in them.
+/// Reads the scene; for some rows, without the spheres that can't be visible in them.
 fn read_scene(job: &Job) -> Result<Scene, Failure> {
     let exact = matches!(job.method(), Method::Exact | Method::Reference);
     if job.rows.is_some() && exact {
@@ -224,8 +223,8 @@ fn renderer<'scene>(job: &Job, scene: &'scene Scene) -> Renderer<'scene> {
     Renderer::new(scene, job.size(), job.method())
 }
 
-/// `--diff`: a second image, of the pixels that the method draws wrong. Returns how
-/// many they are.
+/// `--diff`: draws a second image that marks the pixels that the method draws wrong.
+/// Returns their number.
 fn draw_difference(
     job: &Job,
     mut output: Output,
@@ -243,7 +242,7 @@ fn draw_difference(
     Ok(marker.wrong)
 }
 
-/// `--compare`: the exact image, and a table of what the others make of it.
+/// `--compare`: draws the exact image, and prints a table of every method.
 fn compare(job: &Job) -> Result<(), Failure> {
     let places = Places::of(job)?;
     let scene = read_scene(job)?;
@@ -257,7 +256,7 @@ fn compare(job: &Job) -> Result<(), Failure> {
     print(comparison.table().as_bytes())
 }
 
-/// A panic is a mistake of ours: one line that says so, and no backtrace.
+/// A panic is a bug of sfera: reports it in one line, without a backtrace.
 fn report_panics_in_one_line() {
     static FIRST: Once = Once::new();
     panic::set_hook(Box::new(|panic| {

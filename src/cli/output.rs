@@ -1,4 +1,4 @@
-//! Where the pictures go.
+//! The files and streams that images are written to.
 
 use std::{
     fs::{self, File, OpenOptions},
@@ -25,19 +25,19 @@ use super::{
     png, signals, system, tell,
 };
 
-/// The files of the command line, and what may not become of them.
+/// The files of the command line, checked so that none overwrites another.
 #[derive(Debug)]
 pub(crate) struct Places {
-    /// Files that are read, and what messages call them.
+    /// Files that are read, and their names in messages.
     inputs: Vec<(PathBuf, &'static str)>,
-    /// The image to be made; none where one that is there is judged.
+    /// The image to be made; `None` if an existing picture is judged.
     pub(crate) image: Option<Destination>,
-    /// Of `--diff`.
+    /// The image of `--diff`.
     pub(crate) marks: Option<Destination>,
 }
 
 impl Places {
-    /// Where the images go, once it is sure that nothing else is lost there.
+    /// Finds where the images go, and makes sure that they overwrite nothing else.
     pub(crate) fn of(job: &Job) -> Result<Self, Failure> {
         let judged = job.mode() == Mode::Verify;
         let mut inputs = vec![(job.scene.clone(), "the scene itself")];
@@ -69,7 +69,7 @@ impl Places {
         }
     }
 
-    /// Refuses images that would overwrite what is read, or one another.
+    /// Refuses images that would overwrite an input or one another.
     fn check(&self) -> Result<(), Failure> {
         let mut taken = Vec::new();
         for (path, what) in &self.inputs {
@@ -96,17 +96,17 @@ impl Places {
 pub(crate) struct Destination {
     path: PathBuf,
     kind: Kind,
-    /// Of the images of this run.
+    /// Its number among the images of this run.
     index: usize,
 }
 
 #[derive(Debug)]
 enum Kind {
-    /// To make or replace, or to draw in.
+    /// A file to make or replace, or to draw in.
     File,
     /// A pipe or a character device: opened when there is something to write.
     Stream,
-    /// Open already: standard output, or what `/dev/fd/N` names.
+    /// Already open: standard output, or what `/dev/fd/N` names.
     Descriptor(File),
 }
 
@@ -118,14 +118,14 @@ impl Destination {
             system::own_descriptor(path)
         };
         let kind = match (number, fs::metadata(path)) {
-            (Some(number), _) => {
-                Kind::Descriptor(system::descriptor(number).map_err(|error| lost(path, error))?)
-            }
+            (Some(number), _) => Kind::Descriptor(
+                system::descriptor(number).map_err(|error| write_failed(path, error))?,
+            ),
             (None, Ok(metadata)) if system::is_stream(&metadata) => {
-                system::may_write(path).map_err(|error| lost(path, error))?;
+                system::may_write(path).map_err(|error| write_failed(path, error))?;
                 Kind::Stream
             }
-            // Errors are those of the file that can't be made.
+            // An error here is reported when the file can't be made.
             _ => Kind::File,
         };
         Ok(Self {
@@ -135,20 +135,20 @@ impl Destination {
         })
     }
 
-    /// What would be lost by writing there; nothing if it is a device.
+    /// The file that writing there would change; `None` if it is a device.
     fn place(&self) -> Result<Option<Place>, Failure> {
         let metadata = match &self.kind {
             Kind::File => return Ok(Some(Place::of(&self.path)?)),
             Kind::Stream => fs::metadata(&self.path),
             Kind::Descriptor(file) => file.metadata(),
         };
-        let metadata = metadata.map_err(|error| unseen(&self.path, error))?;
+        let metadata = metadata.map_err(|error| look_up_failed(&self.path, error))?;
         Ok((!system::is_device(&metadata)).then(|| Place::of_file(&metadata)))
     }
 }
 
-/// The file that is read; none if it is a stream, or not there, which is told when it
-/// is read. `-` is standard input.
+/// The file that is read; `None` if it is a stream, or absent, which is reported when it is
+/// read. `-` is standard input.
 fn place_of_input(path: &Path) -> Result<Option<Place>, Failure> {
     let metadata = if path == Path::new("-") {
         system::stdin().and_then(|stdin| stdin.metadata())
@@ -158,7 +158,7 @@ fn place_of_input(path: &Path) -> Result<Option<Place>, Failure> {
     match metadata {
         Ok(metadata) => Ok(metadata.is_file().then(|| Place::of_file(&metadata))),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(unseen(path, error)),
+        Err(error) => Err(look_up_failed(path, error)),
     }
 }
 
@@ -175,7 +175,7 @@ enum Target {
     Whole(Box<MappedImage>),
     InPlace(SharedImage),
     Png(Box<NewFile>, ImageSize),
-    /// Opened when it is drawn: nobody may read it yet.
+    /// Opened when it is drawn: nobody may be reading it yet.
     Stream(Option<File>, ImageSize),
 }
 
@@ -221,7 +221,9 @@ impl Output {
             }
             Kind::Stream => Target::Stream(None, size),
             Kind::Descriptor(file) => {
-                let file = file.try_clone().map_err(|error| lost(path, error))?;
+                let file = file
+                    .try_clone()
+                    .map_err(|error| write_failed(path, error))?;
                 Target::Stream(Some(file), size)
             }
         };
@@ -243,7 +245,7 @@ impl Output {
             |rows, pixels: &mut [u8]| draw(rows, pixels).map_err(StreamError::Drawing);
         let failed = |error| match error {
             StreamError::Drawing(failure) => failure,
-            StreamError::Writing(error) => lost(path, error),
+            StreamError::Writing(error) => write_failed(path, error),
         };
         match &mut self.target {
             Target::Whole(image) => image.try_draw(draw),
@@ -252,8 +254,8 @@ impl Output {
             Target::Stream(open, size) => {
                 let mut stream = match open.take() {
                     Some(stream) => stream,
-                    None => opened(path, OpenOptions::new().write(true), "read it")
-                        .map_err(|error| lost(path, error))?,
+                    None => open_waiting(path, OpenOptions::new().write(true), "read it")
+                        .map_err(|error| write_failed(path, error))?,
                 };
                 if png::is_name_of_png(path) {
                     png::write(&mut stream, *size, into_stream)
@@ -265,9 +267,10 @@ impl Output {
         }
     }
 
-    /// Gives the image its name; what was drawn in place or written is there already.
+    /// Gives the image its name. An image drawn in place or written to a stream is complete
+    /// already.
     pub(crate) fn publish(self, places: &Places) -> Result<(), Failure> {
-        // What may take long can be interrupted.
+        // This may take long, so it can still be interrupted.
         match &self.target {
             Target::Whole(image) => image.settle()?,
             Target::Png(new, _) => new.settle()?,
@@ -285,14 +288,18 @@ impl Output {
     }
 }
 
-/// Opens what may be a pipe. That waits for somebody to do `other` at its other end,
-/// and after a while says so.
-pub(crate) fn opened(path: &Path, options: &OpenOptions, other: &'static str) -> io::Result<File> {
+/// Opens a file that may be a pipe. Opening a pipe waits for another program to do `other`
+/// at its other end; after a while a message says so.
+pub(crate) fn open_waiting(
+    path: &Path,
+    options: &OpenOptions,
+    other: &'static str,
+) -> io::Result<File> {
     const PATIENCE: Duration = Duration::from_secs(1);
     let done = Arc::new(AtomicBool::new(false));
     if system::is_pipe(path) {
         let (done, path) = (Arc::clone(&done), path.to_owned());
-        // Without the thread it is waited for in silence.
+        // Without the thread it waits without a message.
         let _ = thread::Builder::new().spawn(move || {
             thread::sleep(PATIENCE);
             if !done.load(Ordering::SeqCst) {
@@ -308,8 +315,8 @@ pub(crate) fn opened(path: &Path, options: &OpenOptions, other: &'static str) ->
     file
 }
 
-/// What messages call a file.
-fn called(path: &Path) -> PathBuf {
+/// The name of a file in messages.
+fn name_of(path: &Path) -> PathBuf {
     if path == Path::new("-") {
         "standard output".into()
     } else {
@@ -317,18 +324,18 @@ fn called(path: &Path) -> PathBuf {
     }
 }
 
-/// A file that can't be asked what it is.
-fn unseen(path: &Path, error: io::Error) -> Failure {
+/// The failure to look up a file.
+fn look_up_failed(path: &Path, error: io::Error) -> Failure {
     refused(path, "look at it", error)
 }
 
-/// A file that is read without a reader of its own.
-pub(crate) fn unread(path: &Path, error: io::Error) -> Failure {
+/// The failure to read a file.
+pub(crate) fn read_failed(path: &Path, error: io::Error) -> Failure {
     refused(path, "read it", error)
 }
 
 fn refused(path: &Path, action: &'static str, source: io::Error) -> Failure {
-    let path = called(path);
+    let path = name_of(path);
     Failure::from(ImageError::System {
         path,
         action,
@@ -336,8 +343,8 @@ fn refused(path: &Path, action: &'static str, source: io::Error) -> Failure {
     })
 }
 
-/// A stream that takes no more.
-pub(crate) fn lost(path: &Path, error: io::Error) -> Failure {
+/// The failure to write to a stream.
+pub(crate) fn write_failed(path: &Path, error: io::Error) -> Failure {
     if error.kind() == io::ErrorKind::BrokenPipe {
         return Failure::NobodyReads;
     }

@@ -1,4 +1,4 @@
-//! PNG, for an image whose name says so.
+//! PNG, for images whose names end in `.png`.
 
 use std::{
     fs::File,
@@ -18,7 +18,7 @@ use sfera::{
 
 use super::Failure;
 
-/// The ending of a name, in small letters.
+/// The ending of a name, in lower case.
 pub(crate) fn ending(path: &Path) -> Option<String> {
     let ending = path.extension()?.to_str()?;
     Some(ending.to_ascii_lowercase())
@@ -28,7 +28,7 @@ pub(crate) fn is_name_of_png(path: &Path) -> bool {
     ending(path).is_some_and(|ending| ending == "png")
 }
 
-/// More columns or rows than the format has numbers for.
+/// The most columns or rows that the format has numbers for.
 pub(crate) const LONGEST_SIDE: u32 = i32::MAX as u32;
 
 /// The first bytes of every PNG.
@@ -65,7 +65,7 @@ fn unwritten(error: EncodingError) -> io::Error {
     }
 }
 
-/// A PNG that gives its rows from the top, in red, green and blue.
+/// Reads a PNG row by row from the top, as red, green and blue.
 pub(crate) struct Picture {
     reader: png::Reader<BufReader<File>>,
     path: PathBuf,
@@ -76,7 +76,7 @@ pub(crate) struct Picture {
 }
 
 impl Picture {
-    /// Opens the picture of this size and goes to `row`.
+    /// Opens the picture of this size and skips to `row`.
     pub(crate) fn open(path: &Path, size: ImageSize, row: u32) -> Result<Self, Failure> {
         let failure = |what: String| Failure::Message(format!("{}: {what}", shown(path)));
         let file = File::open(path).map_err(|error| failure(format!("can't open it: {error}")))?;
@@ -129,7 +129,7 @@ impl Picture {
         }
     }
 
-    /// Reads the next pixels, of whole rows.
+    /// Reads the pixels of the next rows.
     pub(crate) fn read(&mut self, pixels: &mut [u8]) -> Result<(), Failure> {
         for row in pixels.chunks_exact_mut(self.size.row_bytes()) {
             self.next_row()?;
@@ -158,7 +158,7 @@ impl Picture {
         Ok(())
     }
 
-    /// That the picture is whole, if all of it was read.
+    /// Checks that the picture is complete, if all of it was read.
     pub(crate) fn finish(mut self) -> Result<(), Failure> {
         if self.left > 0 {
             return Ok(());

@@ -1,17 +1,17 @@
-//! Whether this CPU has all that the program was compiled for.
+//! Whether this CPU has every feature that the program was compiled for.
 
-/// The first feature that the compiler was allowed to use and this CPU lacks:
-/// its instructions would end the program with a signal.
+/// The first feature that the compiler was allowed to use and this CPU lacks. An
+/// instruction of it would end the program with a signal.
 ///
-/// The CPU is asked here bit by bit, because `is_x86_feature_detected!` takes a
-/// feature that was compiled in for granted. Nothing but tests of constants, so
-/// that there is nothing to vectorise before the answer is known.
+/// This tests the bits of CPUID one by one, because `is_x86_feature_detected!` is always
+/// true for a feature that was compiled in. It consists of tests of constants only, so that
+/// the compiler has nothing to vectorise.
 #[cfg(target_arch = "x86_64")]
 #[inline(never)]
 pub(crate) fn missing_feature() -> Option<&'static str> {
     use std::arch::x86_64::{__cpuid, __cpuid_count};
 
-    macro_rules! look {
+    macro_rules! check {
         ($register:expr; $($feature:tt $bit:literal),* $(,)?) => {
             $(if cfg!(target_feature = $feature) && $register & (1 << $bit) == 0 {
                 return Some($feature);
@@ -20,28 +20,28 @@ pub(crate) fn missing_feature() -> Option<&'static str> {
     }
 
     let basic = __cpuid(1);
-    look!(basic.edx; "fxsr" 24);
+    check!(basic.edx; "fxsr" 24);
     // "avx": bit 28, and 27, that the operating system saves its registers.
-    look!(basic.ecx; "sse3" 0, "pclmulqdq" 1, "ssse3" 9, "fma" 12, "cmpxchg16b" 13, "sse4.1" 19,
+    check!(basic.ecx; "sse3" 0, "pclmulqdq" 1, "ssse3" 9, "fma" 12, "cmpxchg16b" 13, "sse4.1" 19,
         "sse4.2" 20, "movbe" 22, "popcnt" 23, "aes" 25, "xsave" 26, "avx" 27, "avx" 28, "f16c" 29,
         "rdrand" 30);
     let extended = __cpuid(0x8000_0001);
-    look!(extended.ecx; "lahfsahf" 0, "lzcnt" 5, "sse4a" 6, "tbm" 21);
+    check!(extended.ecx; "lahfsahf" 0, "lzcnt" 5, "sse4a" 6, "tbm" 21);
     if __cpuid(0).eax < 7 {
         return cfg!(target_feature = "avx2").then_some("avx2");
     }
     let structured = __cpuid_count(7, 0);
-    look!(structured.ebx; "bmi1" 3, "avx2" 5, "bmi2" 8, "avx512f" 16, "avx512dq" 17, "rdseed" 18,
+    check!(structured.ebx; "bmi1" 3, "avx2" 5, "bmi2" 8, "avx512f" 16, "avx512dq" 17, "rdseed" 18,
         "adx" 19, "avx512ifma" 21, "avx512cd" 28, "sha" 29, "avx512bw" 30, "avx512vl" 31);
-    look!(structured.ecx; "avx512vbmi" 1, "avx512vbmi2" 6, "gfni" 8, "vaes" 9, "vpclmulqdq" 10,
+    check!(structured.ecx; "avx512vbmi" 1, "avx512vbmi2" 6, "gfni" 8, "vaes" 9, "vpclmulqdq" 10,
         "avx512vnni" 11, "avx512bitalg" 12, "avx512vpopcntdq" 14);
-    look!(structured.edx; "avx512vp2intersect" 8, "avx512fp16" 23);
+    check!(structured.edx; "avx512vp2intersect" 8, "avx512fp16" 23);
     let more = __cpuid_count(7, 1);
-    look!(more.eax; "avxvnni" 4, "avx512bf16" 5, "avxifma" 23);
+    check!(more.eax; "avxvnni" 4, "avx512bf16" 5, "avxifma" 23);
     None
 }
 
-/// Other CPUs are not asked.
+/// Other CPUs are not checked.
 #[cfg(not(target_arch = "x86_64"))]
 pub(crate) fn missing_feature() -> Option<&'static str> {
     None

@@ -1,4 +1,4 @@
-//! A progress bar, for pictures that take a while and people who watch.
+//! A progress bar on terminals, for pictures that take a while.
 
 use std::{
     fmt::Write,
@@ -15,7 +15,7 @@ use sfera::camera::ImageSize;
 
 use super::signals;
 
-/// How long a picture may take before it shows.
+/// How long drawing takes before the bar appears.
 const PATIENCE: Duration = Duration::from_millis(500);
 
 #[derive(Debug)]
@@ -41,7 +41,7 @@ impl Progress {
         }
     }
 
-    /// Tells of `rows` more.
+    /// Records that `rows` more are drawn.
     pub(crate) fn advance(&self, rows: u32) {
         if !self.watched {
             return;
@@ -55,7 +55,7 @@ impl Progress {
     }
 
     fn begin(&self) -> ProgressBar {
-        // At most 80 columns: the bar takes what the figures leave.
+        // At most 80 columns: the bar fills what the figures leave.
         let style =
             ProgressStyle::with_template("{wide_bar} {percent:>3} %  {pixels}, {rate}, {eta} left");
         let bar = ProgressBar::new(self.pixels).with_elapsed(self.start.elapsed());
@@ -83,7 +83,7 @@ impl Progress {
     }
 }
 
-/// A number of pixels that takes few columns.
+/// A number of pixels in few columns.
 fn short(pixels: u64) -> String {
     match pixels {
         0..10_000_000_000 => HumanCount(pixels).to_string(),

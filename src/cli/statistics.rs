@@ -1,4 +1,4 @@
-//! `--stats`: what took how long.
+//! `--stats`: how long each phase took, and how pixels were settled.
 
 use std::{
     fmt::Write,
@@ -16,7 +16,7 @@ pub(crate) enum Style {
     Json,
 }
 
-/// A stopwatch that remembers its laps.
+/// A stopwatch that records each phase.
 #[derive(Debug)]
 pub(crate) struct Clock {
     start: Instant,
@@ -63,12 +63,12 @@ impl Clock {
     }
 }
 
-/// What there is to tell of a finished picture.
+/// The statistics of a finished picture.
 #[derive(Debug)]
 pub(crate) struct Report<'run> {
     pub(crate) job: &'run Job,
     pub(crate) spheres: usize,
-    /// That drew.
+    /// The number of threads that drew.
     pub(crate) threads: usize,
     pub(crate) counts: Counts,
     pub(crate) clock: &'run Clock,

@@ -1,5 +1,5 @@
-//! What the program asks of the operating system beside `std`. Signals have a module
-//! of their own.
+//! What the program needs of the operating system and `std` does not offer. Signals have a
+//! module of their own.
 
 use std::{
     fs::{File, Metadata},
@@ -8,7 +8,7 @@ use std::{
 
 pub(crate) use self::kind::{descriptor, is_device, is_pipe, is_stream, may_write, own_descriptor};
 
-/// Standard input as a file of its own.
+/// Standard input as a file with a descriptor of its own.
 pub(crate) fn stdin() -> io::Result<File> {
     kind::file_of(&io::stdin())
 }
@@ -38,22 +38,22 @@ mod kind {
         Ok(stream.as_fd().try_clone_to_owned()?.into())
     }
 
-    /// Whether what is written there is a stream: a pipe or a character device.
+    /// Whether a file is a stream: a pipe or a character device.
     pub(crate) fn is_stream(metadata: &Metadata) -> bool {
         metadata.file_type().is_char_device() || metadata.file_type().is_fifo()
     }
 
-    /// Whether nothing is lost by writing there.
+    /// Whether writing to a file overwrites nothing.
     pub(crate) fn is_device(metadata: &Metadata) -> bool {
         metadata.file_type().is_char_device()
     }
 
-    /// Whether opening it waits for another program.
+    /// Whether opening a file waits for another program.
     pub(crate) fn is_pipe(path: &Path) -> bool {
         fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_fifo())
     }
 
-    /// That a stream may be written, without opening it.
+    /// Checks that a stream may be written, without opening it.
     pub(crate) fn may_write(path: &Path) -> io::Result<()> {
         Ok(rustix::fs::accessat(
             CWD,
@@ -63,13 +63,13 @@ mod kind {
         )?)
     }
 
-    /// The descriptor of this process that a path names, as `/dev/stdout` and
-    /// `/dev/fd/3` do. What it is open for must be written through it: its file may
-    /// have lost its name, and hold bytes that are to stay.
+    /// The descriptor of this process that a path names, as `/dev/stdout` and `/dev/fd/3`
+    /// do. The file must be written through this descriptor: it may have lost its name, and
+    /// hold bytes that are to stay.
     pub(crate) fn own_descriptor(path: &Path) -> Option<i32> {
-        const MOST_LINKS: u32 = 40;
+        const MAX_LINKS: u32 = 40;
         let mut path = path.to_owned();
-        for _ in 0..MOST_LINKS {
+        for _ in 0..MAX_LINKS {
             let next = fs::read_link(&path).ok();
             if next.is_none() && !(path.starts_with("/dev") || path.starts_with("/proc")) {
                 return None;
@@ -79,7 +79,7 @@ mod kind {
                 folder => folder,
             };
             let folder = fs::canonicalize(folder).ok()?;
-            if is_of_descriptors(&folder) {
+            if holds_own_descriptors(&folder) {
                 return path.file_name()?.to_str()?.parse().ok();
             }
             path = folder.join(next?);
@@ -87,15 +87,15 @@ mod kind {
         None
     }
 
-    /// Whether the names in a directory are this process's descriptors.
-    fn is_of_descriptors(folder: &Path) -> bool {
+    /// Whether the names in a directory are descriptors of this process.
+    fn holds_own_descriptors(folder: &Path) -> bool {
         let Ok(own) = fs::canonicalize("/proc/self") else {
             return folder == Path::new("/dev/fd");
         };
         folder == own.join("fd") || folder.starts_with(own.join("task")) && folder.ends_with("fd")
     }
 
-    /// Another descriptor of what a descriptor of this process is open for.
+    /// A duplicate of a descriptor of this process.
     pub(crate) fn descriptor(number: i32) -> io::Result<File> {
         match number {
             0 => file_of(&io::stdin()),
@@ -118,18 +118,18 @@ mod kind {
             Err(error @ (Errno::BADF | Errno::MFILE | Errno::NFILE)) => return Err(error.into()),
             Err(_) => {}
         }
-        // Forbidden, as in some containers. To open a pipe again is the same; a file would be
-        // written from its beginning.
+        // Duplicating is forbidden, as in some containers. Opening a pipe again has the same
+        // effect; a file would be written from its beginning.
         let name = format!("/proc/self/fd/{number}");
         if fs::metadata(&name).is_ok_and(|metadata| is_stream(&metadata)) {
             return fs::OpenOptions::new().write(true).open(name);
         }
         Err(io::Error::other(format!(
-            "this system keeps descriptors from being copied; give the image the name - and redirect standard output to it (>&{number})"
+            "this system forbids copying descriptors; give the image the name - and redirect standard output to it (>&{number})"
         )))
     }
 
-    /// Opening its name is the same as copying it there.
+    /// On these systems, opening the name duplicates the descriptor.
     #[cfg(not(target_os = "linux"))]
     fn other_descriptor(number: i32) -> io::Result<File> {
         fs::OpenOptions::new()
@@ -148,32 +148,32 @@ mod kind {
         Ok(stream.as_handle().try_clone_to_owned()?.into())
     }
 
-    /// Whether what is written there is a stream: none has a name.
+    /// Whether a file is a stream: no stream has a name.
     pub(crate) fn is_stream(_metadata: &Metadata) -> bool {
         false
     }
 
-    /// Whether nothing is lost by writing there.
+    /// Whether writing to a file overwrites nothing.
     pub(crate) fn is_device(_metadata: &Metadata) -> bool {
         false
     }
 
-    /// None has a name.
+    /// No pipe or descriptor has a name.
     pub(crate) fn is_pipe(_path: &Path) -> bool {
         false
     }
 
-    /// Told when it is written.
+    /// Reported when it is written.
     pub(crate) fn may_write(_path: &Path) -> io::Result<()> {
         Ok(())
     }
 
-    /// None has a name.
+    /// No pipe or descriptor has a name.
     pub(crate) fn own_descriptor(_path: &Path) -> Option<i32> {
         None
     }
 
-    /// Standard output alone.
+    /// Only standard output.
     pub(crate) fn descriptor(_number: i32) -> io::Result<File> {
         file_of(&io::stdout())
     }

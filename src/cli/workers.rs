@@ -1,4 +1,4 @@
-//! The threads that draw: this one, and more as soon as it pays.
+//! The threads that draw: this one, and more if the work takes long enough.
 
 use std::{
     fs,
@@ -14,27 +14,27 @@ use rayon::{ThreadBuilder, ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use super::{arguments::Job, system};
 
-/// A pool that this thread is part of. The others are started when they are
-/// called, or never: starting one for each of many CPUs would take longer than
-/// an easy picture of 1920 x 1080, which this one draws in a millisecond.
+/// A pool that this thread belongs to. The other threads are started only if the work takes
+/// long: starting one for each of many CPUs would take longer than drawing an easy picture
+/// of 1920 x 1080 on one thread, a millisecond.
 #[derive(Debug)]
 pub(crate) struct Workers {
     pool: ThreadPool,
     start: Instant,
     waiting: Mutex<Vec<ThreadBuilder>>,
-    /// As the command line has it.
+    /// The number given on the command line.
     threads: Option<usize>,
     /// Which threads have drawn something.
     drew: Vec<AtomicBool>,
 }
 
-/// When work that seemed little turns out not to be.
+/// Work that has taken this long is worth more threads.
 const PATIENCE: Duration = Duration::from_millis(2);
 
-/// Pixels that take longer than that, if only for their pages.
+/// More pixels than this take longer than that, if only to fault in their pages.
 const MANY_PIXELS: u64 = 4 << 20;
 
-/// Bytes of a scene that take longer than that to read and prepare.
+/// More bytes of a scene than this take longer than that to read and prepare.
 const LONG_SCENE: u64 = 256 << 10;
 
 impl Workers {
@@ -60,17 +60,17 @@ impl Workers {
         })
     }
 
-    /// Runs `job` in the pool, with all its threads if there is much to do.
+    /// Runs `job` in the pool, with all its threads from the beginning if there is much to do.
     pub(crate) fn run<R: Send>(&self, job: &Job, run: impl FnOnce() -> R + Send) -> R {
         let long_scene = !fs::metadata(&job.scene)
             .is_ok_and(|scene| scene.is_file() && scene.len() <= LONG_SCENE);
         if job.is_laborious() || job.pixels() > MANY_PIXELS || long_scene {
-            self.call();
+            self.start_others();
         }
         self.pool.install(run)
     }
 
-    /// Notes that the calling thread has drawn something.
+    /// Records that the calling thread has drawn something.
     pub(crate) fn has_drawn(&self) {
         let drew = rayon::current_thread_index().and_then(|index| self.drew.get(index));
         if let Some(drew) = drew {
@@ -84,16 +84,16 @@ impl Workers {
         drew.filter(|drew| drew.load(Ordering::Relaxed)).count()
     }
 
-    /// Calls the other threads if the work has lasted long enough for them.
-    pub(crate) fn call_if_late(&self) {
+    /// Starts the other threads if the work has taken long enough.
+    pub(crate) fn start_others_if_late(&self) {
         if self.start.elapsed() > PATIENCE {
-            self.call();
+            self.start_others();
         }
     }
 
-    /// Starts the other threads, as many as may run. Those that the system
-    /// refuses are done without: the others do their share.
-    fn call(&self) {
+    /// Starts the other threads, as many as may run. If the system refuses some, the others
+    /// do their share of the work.
+    fn start_others(&self) {
         let waiting = {
             let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
             std::mem::take(&mut *waiting)
@@ -101,11 +101,11 @@ impl Workers {
         if waiting.is_empty() {
             return;
         }
-        // Asked only now: that takes reading several files.
-        let most = self
+        // Determined only now, because it takes reading several files.
+        let limit = self
             .threads
             .unwrap_or_else(|| thread::available_parallelism().map_or(usize::MAX, usize::from));
-        for worker in waiting.into_iter().take(most - 1) {
+        for worker in waiting.into_iter().take(limit - 1) {
             if thread::Builder::new().spawn(|| worker.run()).is_err() {
                 return;
             }

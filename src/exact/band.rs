@@ -23,10 +23,10 @@ use crate::{
 };
 
 /// With more spheres than this in a tile, packets do all of it.
-const CROWD: usize = 32;
+pub(super) const CROWD: usize = 32;
 
 /// With more than this and boxes that would cover it so many times, too.
-const SMALL_CROWD: usize = 8;
+pub(super) const SMALL_CROWD: usize = 8;
 const DEEP_CROWD: usize = 5;
 
 /// Room for one band at a time.

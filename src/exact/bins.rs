@@ -67,12 +67,12 @@ pub(super) const FEW_SPHERES: usize = 32;
 /// With more tiles than this for each sphere, and than [`LEAST_TABLE`], no table of them
 /// is made: all spheres are large. So a few rows of a huge picture take little memory.
 const TILES_PER_SPHERE: usize = 64;
-const LEAST_TABLE: usize = 1 << 16;
+pub(super) const LEAST_TABLE: usize = 1 << 16;
 
 /// Spheres of a run: enough to be worth a task, and so many, if there are enough for
 /// all threads, that a tile's records lie in few places.
 const LEAST_RUN: usize = 1 << 12;
-const MOST_RUN: usize = 1 << 17;
+pub(super) const MOST_RUN: usize = 1 << 17;
 
 /// Runs for each thread, so that none waits long for the last.
 const RUNS_PER_THREAD: usize = 3;

@@ -1,14 +1,14 @@
-//! What a picture took.
+//! How the pixels of a picture were settled.
 
 use std::ops::AddAssign;
 
 use super::decide::Rung;
 
-/// How many pixels each rung of the ladder settled, and at what effort.
+/// How many pixels each stage settled, and how many intersections that took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Counts {
-    /// Pixels settled in runs, without looking at them.
+    /// Pixels settled in runs, without testing each.
     pub pixels_in_runs: u64,
     /// Pixels settled by a packet.
     pub pixels_in_packets: u64,
@@ -18,12 +18,12 @@ pub struct Counts {
     pub pixels_in_double_doubles: u64,
     /// Pixels settled one by one in integers.
     pub pixels_in_integers: u64,
-    /// How often a row or a packet met a sphere.
+    /// Intersections of a row or a packet with a sphere.
     pub sphere_tests: u64,
 }
 
 impl Counts {
-    /// Pixels settled by any rung: all of them that the exact method drew.
+    /// Pixels settled by any stage: all that the exact method drew.
     #[must_use]
     pub fn pixels(&self) -> u64 {
         self.pixels_in_runs + self.pixels_beyond_runs()

@@ -1,6 +1,6 @@
-//! The last rungs: one pixel at a time, eight spheres at a time, in doubles; what
-//! they can't tell in double-doubles; and what these can't in
-//! [`integers`](super::integers).
+//! The last stages: one pixel at a time, eight spheres at a time, first in doubles, then in
+//! double-doubles, then in [`integers`](super::integers). Each takes the pixels that the one
+//! before leaves undecided.
 
 use std::cmp::Ordering;
 
@@ -19,7 +19,7 @@ use crate::{
 #[cfg(test)]
 mod tests;
 
-/// Which rung settled a pixel.
+/// The stage that settled a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rung {
     Doubles,
@@ -27,11 +27,11 @@ pub(super) enum Rung {
     Integers,
 }
 
-/// A sphere that may be seen: its place in the file, its centre and radius.
+/// A sphere that may be visible: its index in the file, its centre and radius.
 pub(super) type Candidate = (Seen, [f32; 4]);
 
-/// The sphere that pixel `(column, row)` sees, of `candidates` in any order. `trusted`
-/// is false where every bound is to refuse.
+/// The sphere that is visible at pixel `(column, row)`, of `candidates` in any order. If not
+/// `trusted`, only integers decide.
 pub(super) fn decide(
     camera: &Camera,
     (column, row): (u32, u32),
@@ -68,25 +68,25 @@ pub(super) fn decide(
     (nearest.map_or(NONE, |(index, _)| index), Rung::Integers)
 }
 
-/// The sphere that is seen, if this arithmetic can tell; else only those candidates
-/// stay that may be it.
+/// The visible sphere, if this arithmetic can decide. Otherwise removes the candidates that
+/// are certainly not visible.
 fn narrow<N: Real>(
     camera: &Camera,
     (column, row): (u32, u32),
     candidates: &mut Vec<Candidate>,
 ) -> Option<Seen> {
     let rays = Rays::<N>::of_pixel(camera, column, row);
-    let mut farthest = N::splat(f64::NEG_INFINITY);
+    let mut greatest_lower = N::splat(f64::NEG_INFINITY);
     let mut sights = Vec::with_capacity(candidates.len().div_ceil(LANES));
     for eight in candidates.chunks(LANES) {
         let spheres = eight.iter().map(|&(_, sphere)| sphere);
         let sight = Sights::new(&rays, &Targets::<N>::of(spheres));
-        farthest = sight
+        greatest_lower = sight
             .lower
-            .where_or(sight.lower.exceeds(farthest), farthest);
+            .where_or(sight.lower.exceeds(greatest_lower), greatest_lower);
         sights.push(sight);
     }
-    let nearest_lower = farthest.greatest();
+    let nearest_lower = greatest_lower.greatest();
     let none = N::splat(f64::NEG_INFINITY);
     let mut kept = 0;
     for (at, sight) in sights.iter().enumerate() {

@@ -1,12 +1,12 @@
-//! Inverse depths of eight spheres around as many rectangles of pixels, as polynomials
-//! with a bound of their error.
+//! Inverse depths of eight spheres in as many rectangles of pixels, as polynomials with an
+//! error bound.
 //!
 //! ```text
 //! 1/z = B/c + sqrt(D/c^2)         A = V.V     B = C.V     c = C.C - r^2
 //! D = r^2 A - N.N                 N = C x V               (Lagrange's identity)
 //! ```
 //!
-//! with the camera outside or inside. With `p`, `q` columns and rows from the middle of
+//! for a camera outside or inside the sphere. With `p`, `q` columns and rows from the middle of
 //! the rectangle,
 //!
 //! ```text
@@ -15,7 +15,7 @@
 //! ```
 //!
 //! are `D/c^2` and `B/c`. A bound is relative to the greatest value in the rectangle, so
-//! rectangles are best as small as the sphere.
+//! the sharpest bounds are those of a rectangle that is as small as the sphere.
 
 use wide::f64x8;
 
@@ -59,23 +59,23 @@ pub(super) struct Depths {
     b00: f64x8,
     b10: f64x8,
     b01: f64x8,
-    /// What `d`, evaluated in floats anywhere in the rectangle, is wrong by at most.
+    /// The error bound of `d` evaluated in floats, anywhere in the rectangle.
     d_bound: f64x8,
-    /// The same of `b + sqrt d`, but for what `d` is wrong by.
+    /// The error bound of `b + sqrt d`, without the error of `d`.
     bound: f64x8,
-    /// No `d` in the rectangle is greater, with its bound or without.
+    /// The upper bound of `d` in the rectangle, its error included.
     top: f64x8,
-    /// `b - b00` is no greater.
+    /// The upper bound of `|b - b00|`.
     b_linear: f64x8,
-    /// Lanes whose numbers can be used.
+    /// Lanes whose polynomials are valid.
     known: f64x8,
-    /// Lanes of which no pixel of the rectangle is met.
+    /// Lanes whose sphere is hit in no pixel of the rectangle.
     missed: f64x8,
     /// Lanes with `c > 0`.
     outside: f64x8,
 }
 
-/// The depths of eight spheres in floats: with `p`, `q` as in [`Depths`],
+/// The inverse depths of eight spheres in floats: with `p`, `q` as in [`Depths`],
 ///
 /// ```text
 /// 1/z <= b + sqrt d                               no hit if d < 0
@@ -83,13 +83,13 @@ pub(super) struct Depths {
 /// 1/z >= b - clear_spread + sqrt d                and a hit, if d > clear
 /// ```
 ///
-/// The last form has one root where the others have two. Where an outline is grazed
-/// it says nothing.
+/// The last form needs one root where the others need two. It gives no bound for a ray that
+/// nearly touches the outline.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FloatDepths {
-    /// Lanes that say something; the bounds of the others are infinite.
+    /// Lanes whose polynomials are valid; the bounds of the others are infinite.
     pub(super) known: u32,
-    /// The `p` and `q` that are least: `-across` and `-down`.
+    /// The least `p` and `q`: `-across` and `-down`.
     pub(super) p: [f32; LANES],
     pub(super) q: [f32; LANES],
     pub(super) d00: [f32; LANES],
@@ -107,14 +107,14 @@ pub(super) struct FloatDepths {
     pub(super) clear_spread: [f32; LANES],
 }
 
-/// What is seen of eight spheres in a rectangle each.
+/// Bounds of the inverse depths of eight spheres, each in a rectangle of its own.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DepthRanges {
-    /// Every pixel is hit.
+    /// Lanes whose sphere is hit in every pixel.
     pub(super) covered: u32,
-    /// No hit has a smaller inverse depth.
+    /// The lower bound of the inverse depth of every hit.
     pub(super) lower: [f32; LANES],
-    /// No hit has a greater inverse depth; negative if there is none.
+    /// The upper bound of the inverse depth of every hit; negative if there is no hit.
     pub(super) upper: [f32; LANES],
 }
 
@@ -126,10 +126,10 @@ impl Depths {
     /// d20 = r^2 dX^2 - Np.Np    d11 = -2 Np.Nq     d02 = r^2 dY^2 - Nq.Nq
     /// ```
     ///
-    /// With `n` the sum of the parts of `|N|`, greatest in the rectangle, `a` the
-    /// greatest `A` and `h` the bound of the parts of `N0`, summed likewise, the
-    /// coefficients are wrong by no more than
-    /// `COEFFICIENT_BOUND (r^2 a + n^2) + (2 n + h) h` anywhere in it (theorem 3).
+    /// Let `n` be the greatest sum of the magnitudes of the components of `N` in the
+    /// rectangle, `a` the greatest `A`, and `h` the sum of the error bounds of the components
+    /// of `N0`. The error of the coefficients contributes at most
+    /// `COEFFICIENT_BOUND (r^2 a + n^2) + (2 n + h) h` to `D` anywhere in it (theorem 3).
     #[inline]
     pub(super) fn new(grid: &Grid, rectangles: &Rectangles, spheres: &EightSpheres) -> Self {
         let &EightSpheres { x, y, z, r } = spheres;
@@ -167,7 +167,7 @@ impl Depths {
             .mul_add(two, h)
             .mul_add(h, splat(COEFFICIENT_BOUND) * squares);
 
-        // c within 2^-32 of itself: where little is left of it, exactly.
+        // c with a relative error below 2^-32; where it nearly cancels, computed exactly.
         let sure = k.simd_gt(splat(LEAST_SHARE) * yz).to_bitmask();
         let mut c = x.mul_add(x, k);
         if sure != 0xff {
@@ -189,7 +189,7 @@ impl Depths {
         let b_upper = b00.abs() + b_linear;
         let b_terms = x_abs.mul_add(x0_abs, y_abs.mul_add(y0_abs, z_abs));
         let b_terms = b_terms.mul_add(scale.abs(), b_linear);
-        // More than the bounds are of themselves: they are evaluated as well.
+        // Covers the rounding errors of the bounds themselves.
         let up = splat(1.0 + 32.0 * U32);
         let d_bound = splat(D_BOUND)
             .mul_add(d_upper, d_bound)
@@ -201,7 +201,7 @@ impl Depths {
         let parts = splat(SUM_OF_PARTS_BOUND).mul_add(b_upper + top.sqrt(), b_bound);
         let bound = parts.mul_add(up, splat(2.0 * LEAST_BOUND));
 
-        // Where B < 0, B + sqrt D is negative: no packet takes that for a hit (theorem 4).
+        // Where B < 0, B + sqrt D is negative, which no packet takes for a hit (theorem 4).
         let outside = c.simd_gt(zero);
         let inside = c.simd_lt(zero);
         let greatest = splat(GREATEST);
@@ -232,11 +232,11 @@ impl Depths {
 }
 
 impl Depths {
-    /// As `sqrt(d - 2 e)` is at least `sqrt d - 2 e/sqrt d` for `d >= 2 e`, and `d` no less
-    /// than `clear`, with `e` the bound of `d` (theorem 4),
+    /// With `e` the bound of `d`: since `sqrt(d - 2 e) >= sqrt d - 2 e/sqrt d` for `d >= 2 e`,
+    /// where `d` is at least `clear` (theorem 4),
     ///
     /// ```text
-    /// clear = max(CLEAR_SHARE top, 2 e)          top: no d is greater
+    /// clear = max(CLEAR_SHARE top, 2 e)          top: the upper bound of d
     /// clear_spread = spread + 2 e/sqrt(CLEAR_SHARE top)
     /// ```
     #[inline]
@@ -254,8 +254,8 @@ impl Depths {
         };
         let (d_spread, spread) = (splat(2.0) * d_bound, splat(2.0) * bound);
         let clear = (splat(CLEAR_SHARE) * self.top).fast_max(d_spread);
-        let grazed = splat(CLEAR_SHARE.sqrt()) * self.top.sqrt();
-        let clear_spread = spread + d_spread / grazed;
+        let least_root = splat(CLEAR_SHARE.sqrt()) * self.top.sqrt();
+        let clear_spread = spread + d_spread / least_root;
         let unbounded = splat(f64::INFINITY);
         let floats = |value: f64x8| {
             known
@@ -284,12 +284,12 @@ impl Depths {
         }
     }
 
-    /// What is seen in the rectangles, of spheres with these bounds of their own.
+    /// Bounds of the inverse depths in the rectangles, given those of the whole spheres.
     ///
     /// For any `g > 0`, `sqrt d <= (g + d/g)/2`; with `g = sqrt d00` that is the tangent
-    /// plane. Of a sphere with the camera outside, what is seen is convex and `1/z`
-    /// concave on it: it is least at a corner of the rectangle, or on the outline, where
-    /// it is `b`. With the camera inside, `1/z` is convex and above its tangent plane.
+    /// plane. If the camera is outside the sphere, the visible region is convex and `1/z` is
+    /// concave in it: its least value is at a corner of the rectangle, or on the outline,
+    /// where it is `b`. If the camera is inside, `1/z` is convex and above its tangent plane.
     /// (Theorem 5.)
     #[inline]
     pub(super) fn ranges(&self, lower: [f32; LANES], upper: [f32; LANES]) -> DepthRanges {
@@ -313,7 +313,7 @@ impl Depths {
         let tangent = b00 + root + slope + (bulge + d_bound) * inverse;
         let interval = b00 + self.b_linear + self.top.sqrt();
         let up = splat(1.0 + 32.0 * U32);
-        let above = (least_of(tangent, interval) + bound) * up;
+        let above = (minimum(tangent, interval) + bound) * up;
 
         let mut corners = splat(f64::INFINITY);
         let mut covered = self.outside;
@@ -323,11 +323,11 @@ impl Depths {
                 d00 + self.d10 * p + self.d01 * q + self.d20 * pp + self.d11 * pq + self.d02 * qq;
             let b = b00 + self.b10 * p + self.b01 * q;
             covered = covered & d.simd_gt(d_bound) & b.simd_gt(bound);
-            corners = least_of(corners, b + (d - d_bound).fast_max(zero).sqrt());
+            corners = minimum(corners, b + (d - d_bound).fast_max(zero).sqrt());
         }
         let plane = b00 - self.b_linear;
         let outside = covered.select(corners, plane) - bound;
-        // A gradient is worse known than d, in the share of d that it is of.
+        // The error of the gradient grows with the ratio of the greatest d to d00.
         let steady = self.top.simd_lt(splat(8.0) * d00);
         let inside = b00 + root - slope - splat(4.0) * bound - splat(16.0) * d_bound * inverse;
         let inside = steady.select(inside, zero);
@@ -338,8 +338,8 @@ impl Depths {
         let (whole_lower, whole_upper) = (lanes(lower), lanes(upper));
         let below = known.select(below, zero);
         let lower = below.simd_gt(whole_lower).select(below, whole_lower);
-        let upper = least_of(known.select(above, whole_upper), whole_upper);
-        // Inside, every pixel sees the far wall.
+        let upper = minimum(known.select(above, whole_upper), whole_upper);
+        // From inside, every pixel sees the far wall.
         let covered = self.outside.select(covered, known);
         DepthRanges {
             covered: (covered & known).to_bitmask(),
@@ -353,7 +353,7 @@ impl Depths {
     }
 }
 
-/// The lesser of each lane; `b` where `a` is not a number.
-fn least_of(a: f64x8, b: f64x8) -> f64x8 {
+/// The minimum of each lane; `b` where `a` is NaN.
+fn minimum(a: f64x8, b: f64x8) -> f64x8 {
     a.simd_lt(b).select(a, b)
 }

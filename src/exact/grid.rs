@@ -1,10 +1,10 @@
 //! The pixel grid on the viewport at distance 1, and spheres eight at a time.
 //!
-//! The viewport is moved to distance 1, so a ray is `V = (X, Y, 1)` and the inverse
-//! depth of a hit is `1/z`, whatever the viewport's distance. The engine multiplies
+//! The viewport is moved to distance 1, so a ray is `V = (X, Y, 1)` and the inverse depth of a
+//! hit is `1/z`, for any distance of the viewport. The engine multiplies
 //! every inverse depth by [`Grid::scale`], a power of two that makes those of an
-//! ordinary sphere of the scene about 1: where its code says *inverse depth*, it is
-//! this one.
+//! ordinary sphere of the scene about 1. In the code of the engine, *inverse depth* means
+//! the scaled one.
 
 use wide::f64x8;
 
@@ -27,13 +27,14 @@ pub(super) struct Grid {
     /// Units of `X` per pixel, 2 roundings.
     pub(super) x_step: f64,
     pub(super) y_step: f64,
-    /// No `|V|` in the picture is greater.
+    /// The upper bound of `|V|` in the picture.
     pub(super) reach: f64,
     /// A power of two: inverse depths times this are about 1.
     pub(super) scale: f64,
 }
 
-/// An image of one column shows `X = 0`: any scale will do.
+/// Pixels per unit and units per pixel. An image of one column shows `X = 0`, so its scale is
+/// arbitrary.
 fn scale_and_step(side: u32, extent: f64) -> (f64, f64) {
     let last = f64::from(side - 1);
     if last == 0.0 {
@@ -135,13 +136,13 @@ pub(super) fn splat(value: f64) -> f64x8 {
 }
 
 /// A float above `value`, which is `>= 0` and of any magnitude: conversion rounds
-/// by `2^-24` of it, or by `2^-150`. What is negative stays so.
+/// by `2^-24` of it, or by `2^-150`. A negative value stays negative.
 #[inline]
 pub(super) fn float_above(value: f64) -> f32 {
     (value * (1.0 + TO_FLOAT) + f64::from(f32::from_bits(1))) as f32
 }
 
-/// As [`float_above`], below, and not below 0.
+/// A float below `value`, likewise, but not below 0.
 #[inline]
 pub(super) fn float_below(value: f64) -> f32 {
     ((value * (1.0 - TO_FLOAT) - f64::from(f32::from_bits(1))) as f32).max(0.0)

@@ -1,8 +1,8 @@
-//! The last rung: dyadic rationals without limit, so every answer is final.
+//! The last stage: dyadic rationals of unlimited precision, which decide every pixel.
 //!
-//! Floats are dyadic and `V` times `2(W-1)(H-1)` is too, so `A`, `B`, `c` and `D` are
-//! sums and products of dyadics: exact at unlimited precision, never rounded, never
-//! divided. (Theorem 7 of the [`proof`](super::proof).)
+//! Floats are dyadic rationals, and so is `V` times `2(W-1)(H-1)`. So `A`, `B`, `c` and `D` are
+//! sums and products of dyadics, which are exact without rounding or
+//! division. (Theorem 7 of the [`proof`](super::proof).)
 
 use std::cmp::Ordering;
 
@@ -20,7 +20,7 @@ pub(super) struct InverseDepth {
     q: Dyadic,
 }
 
-/// The ray of a pixel, scaled to dyadics.
+/// The ray of a pixel, scaled so that its components are dyadic.
 #[derive(Debug)]
 pub(super) struct Ray {
     v: [Dyadic; 3],
@@ -42,7 +42,7 @@ impl Ray {
         Self { v, a }
     }
 
-    /// Where the ray meets the sphere's visible surface, if it does.
+    /// The inverse depth at which the ray meets the visible surface of the sphere, if it does.
     pub(super) fn meet(&self, sphere: &Sphere) -> Option<InverseDepth> {
         let centre = sphere.centre.map(dyadic);
         let radius = dyadic(sphere.radius);
@@ -74,8 +74,7 @@ impl Ray {
 }
 
 impl InverseDepth {
-    /// Whether this one or the other is nearer to the camera (greater), or
-    /// neither.
+    /// Compares two inverse depths; the greater one is nearer to the camera.
     ///
     /// `(p1 + sqrt d1)/q1 - (p2 + sqrt d2)/q2`, times `q1 q2 > 0`, is
     /// `k + sqrt l - sqrt m` with
@@ -95,8 +94,8 @@ impl InverseDepth {
     }
 }
 
-/// `k + sqrt l` against `sqrt m`, for `k, l, m >= 0`: both sides squared,
-/// `2k sqrt l` against `m - l - k^2`, and squared again if that is positive.
+/// Compares `k + sqrt l` with `sqrt m`, for `k, l, m >= 0`. Squaring both sides compares
+/// `2k sqrt l` with `m - l - k^2`; if that is not negative, both are squared again.
 fn cmp_shifted_root(k: &Dyadic, l: &Dyadic, m: &Dyadic) -> Ordering {
     let square = k * k;
     let rest = m - l - &square;
@@ -110,7 +109,7 @@ fn dot(a: &[Dyadic; 3], b: &[Dyadic; 3]) -> Dyadic {
     &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
 }
 
-/// A float as it stands, at unlimited precision.
+/// The exact value of a float, at unlimited precision.
 fn dyadic(value: f32) -> Dyadic {
     let bits = value.to_bits();
     let exponent = (bits >> 23 & 0xff) as isize;

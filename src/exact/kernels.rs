@@ -5,7 +5,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use wide::{f32x8, f64x8};
 
-/// What a formula is evaluated with. A fused operation rounds once, or twice where the
+/// The numbers that a formula is evaluated with. A fused operation rounds once, or twice where the
 /// machine has none; no bound depends on which.
 pub(super) trait Number:
     Copy
@@ -275,17 +275,17 @@ impl<N: Number> MiddleRow<N> {
     }
 }
 
-/// `h = scale/k`, and `c h h`, in whose order nothing underflows that is multiplied again.
+/// `h = scale/k`, and `c h h`, in an order in which no intermediate product underflows.
 #[inline(always)]
 pub(super) fn row_factor<N: Number>(scale: N, c: N, k: N) -> [N; 2] {
     let h = scale / k;
     [h, c * h * h]
 }
 
-/// `m0` and `m1` of [`Outline::eight`](super::outline::Outline), `lean` being `h Cx`.
+/// `m0` and `m1` of [`Outline::eight`](super::outline::Outline), with `hx = h Cx`.
 #[inline(always)]
-pub(super) fn row_middle<N: Number>(middle: N, lean: N, [rising, level]: [N; 2]) -> [N; 2] {
-    [middle + lean * level, lean * rising]
+pub(super) fn row_middle<N: Number>(middle: N, hx: N, [rising, level]: [N; 2]) -> [N; 2] {
+    [middle + hx * level, hx * rising]
 }
 
 /// `q = (Cz - r)(Cz + r)`, its factors and its inverse.
@@ -296,7 +296,7 @@ pub(super) fn before<N: Number>(z: N, r: N) -> [N; 4] {
     [near, far, q, N::constant(1.0) / q]
 }
 
-/// Where planes through an axis touch a sphere before the camera, in pixels from the middle;
+/// Where planes through an axis touch a sphere in front of the camera, in pixels from the middle;
 /// `scale` is pixels per unit over `q`.
 #[inline(always)]
 pub(super) fn touching<N: Number>(centre: N, [z, r, q]: [N; 3], scale: N) -> [N; 2] {

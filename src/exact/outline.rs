@@ -38,7 +38,7 @@ use crate::spheres::LANES;
 #[cfg(test)]
 mod tests;
 
-/// Which columns of a row lie within the outline.
+/// Which columns of a row are within the outline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Shape {
     /// Between two ends.
@@ -49,15 +49,15 @@ enum Shape {
     UpTo,
     /// All of them: the camera is inside.
     Everywhere,
-    /// Too close a call: any.
+    /// Undecided: any columns.
     Unknown,
 }
 
-/// Up to eight spheres and the tile they are seen in.
+/// The position of eight outlines in a tile.
 pub(super) struct Placement {
     /// The row of `q = 0`.
     pub(super) rows: f64x8,
-    /// `|q|` is no greater.
+    /// The upper bound of `|q|`.
     pub(super) down: f64x8,
     /// The tile's first column and row.
     pub(super) column: u32,
@@ -68,7 +68,7 @@ pub(super) struct Placement {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Outline {
     shape: Shape,
-    /// No hit has a smaller inverse depth.
+    /// The lower bound of the inverse depth of every hit.
     pub(super) lower: f32,
     /// The row of `q = 0` in the tile.
     row: f32,
@@ -77,23 +77,23 @@ pub(super) struct Outline {
     e0: f32,
     e1: f32,
     e2: f32,
-    /// `e` is within this.
+    /// The error bound of `e`.
     e_bound: f32,
-    /// The middle, and what is added to it, are within this many pixels.
+    /// The error bound of the ends of a row, apart from that of `e`, in pixels.
     slack: f32,
-    /// `m = rising q + level` in doubles, and what it is within; 0 where its sign is
-    /// that of `Cz`.
+    /// `m = rising q + level` in doubles, and its error bound, which is 0 where the sign of
+    /// `m` is known to be that of `Cz`.
     rising: f64,
     level: f64,
-    front: f64,
+    m_bound: f64,
 }
 
-/// The columns that eight rows see of a sphere, as bits of the tile's columns.
+/// The columns that a sphere covers in eight rows, as masks of the tile's columns.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EightRows {
-    /// Surely covered.
+    /// Columns that are certainly covered.
     pub(super) inner: [u64; LANES],
-    /// Covered, or too close a call.
+    /// Columns that are covered or undecided.
     pub(super) outer: [u64; LANES],
     /// The first column of `outer`, and the one after its last.
     pub(super) ends: [[u8; 2]; LANES],
@@ -111,7 +111,7 @@ impl Outline {
     /// e2 = c h^2 dY^2 (r^2 - Cz^2)
     /// ```
     ///
-    /// (`Y` falls by `dY` a row.) The bounds are those of theorem 2.
+    /// (`Y` decreases by `dY` from row to row.) The bounds are those of theorem 2.
     pub(super) fn eight(
         grid: &Grid,
         placement: &Placement,
@@ -141,12 +141,12 @@ impl Outline {
         let middle_row = MiddleRow { y, z, r, y0, dy };
         let [n0, n1] = middle_row.normal();
         let [e0, e1, e2] = middle_row.coefficients([n0, n1], factor);
-        let lean = h * x;
+        let hx = h * x;
         let [rising, level] = middle_row.ahead();
         let middle = splat(grid.x_middle - f64::from(placement.column));
-        let [m0, m1] = row_middle(middle, lean, [rising, level]);
+        let [m0, m1] = row_middle(middle, hx, [rising, level]);
 
-        // What doubles round of E, of its factor and of the middle.
+        // The rounding errors of E, of its factor and of the middle in doubles.
         let y_upper = y0.abs() + t * dy;
         let a_upper = y_upper.mul_add(y_upper, one);
         let n_upper = n0.abs() + n1.abs() * t;
@@ -157,23 +157,23 @@ impl Outline {
         let k_bound = splat(2.0 * U) + splat(U) * yz / k.abs();
         let factor_bound = splat(4.0) * k_bound + splat(FACTOR_BOUND);
         let level_upper = y.abs() * y_upper + z.abs();
-        let middle_upper = lean.abs() * level_upper;
+        let middle_upper = hx.abs() * level_upper;
         let middle_bound = (k_bound + splat(MIDDLE_BOUND)) * middle_upper
             + splat(MIDDLE_BOUND) * splat(grid.x_middle + f64::from(placement.column));
-        // What floats round.
+        // The rounding errors in floats.
         let up = splat(1.0 + 64.0 * U32);
         let e_bound = factor.abs() * e_bound + (factor_bound + splat(ROW_SQUARE_BOUND)) * e_upper;
         let sides = m0.abs() + t * m1.abs() + (e_upper + e_bound).sqrt();
         let slack = (middle_bound + splat(ROW_END_BOUND) * (sides + splat(64.0))) * up;
         let e_bound = e_bound * up + splat(LEAST_BOUND);
 
-        // The farthest point of the surface that is seen lies on the circle where
-        // rays touch: z = sqrt c (sqrt c Cz + r |(Cx, Cy)|)/|C|^2. Sums of positive
-        // terms if Cz > 0; k's bound is below 2^-32.
+        // The farthest visible point of the surface is on the circle where rays touch:
+        // z = sqrt c (sqrt c Cz + r |(Cx, Cy)|)/|C|^2. The sums have positive terms if
+        // Cz > 0; the bound of k is below 2^-32.
         let lower = farthest([x, y, z, r], yz, c);
-        let before = z.simd_gt(r);
-        let lower = (before & positive).select(lower * splat(grid.scale), splat(0.0));
-        let front = before.select(splat(0.0), splat(ROW_BOUND) * level_upper);
+        let in_front = z.simd_gt(r);
+        let lower = (in_front & positive).select(lower * splat(grid.scale), splat(0.0));
+        let m_bound = in_front.select(splat(0.0), splat(ROW_BOUND) * level_upper);
 
         let known = slack.simd_lt(splat(GREATEST_SLACK)) & (positive | negative);
         let known = if bounds == Bounds::Refused {
@@ -192,7 +192,7 @@ impl Outline {
         let [e_bound, slack] = [e_bound, slack].map(floats);
         let row = floats(placement.rows - splat(f64::from(placement.row)));
         let lower = lower.to_array();
-        let [rising, level, front] = [rising, level, front].map(f64x8::to_array);
+        let [rising, level, m_bound] = [rising, level, m_bound].map(f64x8::to_array);
         let x = x.to_array();
         std::array::from_fn(|lane| Self {
             shape: if bounds != Bounds::Refused && power[lane] < 0.0 {
@@ -217,12 +217,12 @@ impl Outline {
             slack: slack[lane],
             rising: rising[lane],
             level: level[lane],
-            front: front[lane],
+            m_bound: m_bound[lane],
         })
     }
 
-    /// The columns `0..width` of a tile that rows of its `octets` see; `record` has the box
-    /// of the sphere.
+    /// Appends the columns `0..width` of a tile that the sphere covers in each of its
+    /// `octets` of rows; `record` has the box of the sphere.
     #[inline]
     pub(super) fn rows(
         &self,
@@ -232,13 +232,14 @@ impl Outline {
         rows: &mut Vec<EightRows>,
     ) {
         match self.shape {
-            Shape::Between if self.front > 0.0 => rows.extend(octets.map(|octet| {
+            Shape::Between if self.m_bound > 0.0 => rows.extend(octets.map(|octet| {
                 let ahead = self.ahead(octet * LANES);
                 self.cut(octet * LANES, width, ahead, Self::between)
             })),
             Shape::Between => {
                 let cut = |octet| self.cut(octet * LANES, width, (0xff, 0xff), Self::between);
-                // What is covered is convex: with its first and its last row, all of the tile is.
+                // The covered set is convex: if it has the first and the last rows, it has the
+                // whole tile.
                 let (first, last) = (octets.start, octets.end - 1);
                 if first + 1 < last && record.left == 0 && usize::from(record.right) + 1 == width {
                     let (above, below) = (cut(first), cut(last));
@@ -268,7 +269,8 @@ impl Outline {
     }
 }
 
-/// `e` of eight rows with its bound taken away and added, and the middle with its slack.
+/// For eight rows: `e` minus and plus its bound, their roots, and the middle minus and plus
+/// its slack.
 struct Cut {
     sure: f32x8,
     possible: f32x8,
@@ -278,8 +280,8 @@ struct Cut {
     high: f32x8,
 }
 
-/// First and last columns of eight rows: surely covered, possibly covered, and the rows
-/// in which any are.
+/// First and last columns of eight rows, of those certainly covered and of those possibly
+/// covered, and masks of the rows that have such columns.
 struct Ends {
     inner: (f32x8, f32x8),
     outer: (f32x8, f32x8),
@@ -330,7 +332,7 @@ impl Columns {
 
     #[inline(always)]
     fn masks(&self) -> [u64; LANES] {
-        // Shifts are meant where there are columns, and wrap where there are none.
+        // Where a row has no columns the shifts may wrap; those masks are cleared below.
         let wide = |lanes: i32x8| u64x8::new(lanes.to_array().map(|lane| i64::from(lane) as u64));
         let all = u64x8::splat(u64::MAX);
         let first = all << wide(self.start);
@@ -340,7 +342,7 @@ impl Columns {
 }
 
 impl Outline {
-    /// Eight rows of a tile, but for those that are not surely or not possibly `ahead`.
+    /// Eight rows of a tile, without those that are not certainly, or not possibly, `ahead`.
     #[inline(always)]
     fn cut(
         &self,
@@ -352,14 +354,14 @@ impl Outline {
         let (inner, outer) = self.columns(first, width, ahead, ends);
         let masks = outer.masks();
         EightRows {
-            // Few rows have an end that is in doubt.
+            // Few rows have an undecided end.
             inner: if inner == outer { masks } else { inner.masks() },
             outer: masks,
             ends: outer.ends(),
         }
     }
 
-    /// The columns `0..width` of eight rows: surely covered, and possibly.
+    /// The columns `0..width` of eight rows: certainly covered, and possibly covered.
     #[inline(always)]
     fn columns(
         &self,
@@ -389,13 +391,13 @@ impl Outline {
         )
     }
 
-    /// Whether [`spans`](Self::spans) can be asked.
+    /// Whether [`spans`](Self::spans) may be called.
     pub(super) fn has_spans(&self) -> bool {
-        self.shape == Shape::Between && self.front == 0.0
+        self.shape == Shape::Between && self.m_bound == 0.0
     }
 
-    /// The columns of rows `first..first + 8` of a band of `width` columns, in the place of
-    /// a tile: surely covered, and possibly.
+    /// The columns of rows `first..first + 8` of a band of `width` columns, which takes the
+    /// place of a tile: certainly covered, and possibly covered.
     pub(super) fn spans(&self, first: usize, width: usize) -> [[Range<usize>; LANES]; 2] {
         let (inner, outer) = self.columns(first, width, (0xff, 0xff), Self::between);
         [inner.ranges(), outer.ranges()]
@@ -434,15 +436,15 @@ impl Outline {
         }
     }
 
-    /// Which of eight rows are surely before the camera, and which possibly.
+    /// Which of eight rows are certainly in front of the camera, and which possibly.
     fn ahead(&self, first: usize) -> (u32, u32) {
         let m = |lane: usize| {
             let q = (first + lane) as f64 - f64::from(self.row);
             self.rising * q + self.level
         };
         let rows =
-            |least: f64| (0..LANES).fold(0, |rows, lane| rows | u32::from(m(lane) > least) << lane);
-        (rows(self.front), rows(-self.front))
+            |bound: f64| (0..LANES).fold(0, |rows, lane| rows | u32::from(m(lane) > bound) << lane);
+        (rows(self.m_bound), rows(-self.m_bound))
     }
 }
 
@@ -467,7 +469,7 @@ impl EightRows {
         }
     }
 
-    /// What of the rows from `first` on lies in a box, all of it in doubt.
+    /// The part of eight rows from `first` on that is in a box, all of it undecided.
     fn of_box(record: &Record, first: usize) -> Self {
         let columns = below(i32::from(record.right) + 1) & !below(i32::from(record.left));
         let rows = usize::from(record.top)..=usize::from(record.bottom);

@@ -1,4 +1,4 @@
-//! Real numbers in lanes: doubles, and double-doubles for what doubles can't tell.
+//! Real numbers in lanes: doubles, and double-doubles for what doubles can't decide.
 
 use std::ops::{Add, Div, Mul, Sub};
 
@@ -21,13 +21,13 @@ pub(super) trait Real:
     /// Unit roundoff.
     const ROUNDOFF: f64;
 
-    /// Doubles as they are.
+    /// Exactly these doubles.
     fn of(doubles: f64x8) -> Self;
     /// The sum of a double and a much smaller one.
     fn of_sum(doubles: f64x8, rest: f64x8) -> Self;
-    /// Of numbers that are not negative.
+    /// The square root of numbers that are not negative.
     fn sqrt(self) -> Self;
-    /// Lanes that are greater than those of `other`; none where one is not a number.
+    /// A mask of the lanes that are greater than those of `other`; clear where one is NaN.
     fn exceeds(self, other: Self) -> f64x8;
     /// The lanes of `self` where `mask` is set, else those of `other`.
     fn where_or(self, mask: f64x8, other: Self) -> Self;
@@ -44,7 +44,7 @@ pub(super) trait Real:
         (zero - self).where_or(zero.exceeds(self), self)
     }
 
-    /// Zero where it is negative.
+    /// The number, or zero where it is negative.
     fn positive_part(self) -> Self {
         let zero = Self::splat(0.0);
         zero.where_or(zero.exceeds(self), self)
@@ -100,7 +100,7 @@ impl<T> From<(T, T)> for DoubleDouble<T> {
 
 #[cfg(test)]
 impl<T> DoubleDouble<T> {
-    /// What it is the sum of.
+    /// Its two parts.
     pub(super) fn parts(self) -> [T; 2] {
         [self.high, self.low]
     }
@@ -151,7 +151,7 @@ impl<T: Number> Div for DoubleDouble<T> {
 }
 
 impl<T: Number> DoubleDouble<T> {
-    /// The root of the high part, and what is missing of the root; of 0 no number.
+    /// The root of the high part, and the correction of that root; the correction for 0 is NaN.
     fn root_and_rest(self) -> [T; 2] {
         let root = self.high.root();
         let (square, rest) = root.two_product(root);

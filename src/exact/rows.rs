@@ -17,7 +17,7 @@ use super::{
 use crate::{camera::BYTES_PER_PIXEL, spheres::LANES};
 
 /// With more columns than this, an end of a row may not be a whole float.
-const MOST_COLUMNS: u32 = 1 << 20;
+pub(super) const MOST_COLUMNS: u32 = 1 << 20;
 
 /// The rows of a band that are drawn now: the first row of its tiles, and rows from there.
 #[derive(Clone, Copy, Debug)]

@@ -1,17 +1,17 @@
-//! What a ray and a sphere have to do with each other, in eight lanes and in any
-//! arithmetic, with a running bound of what it rounds.
+//! The intersection of rays and spheres, in eight lanes and in any arithmetic, with a running
+//! bound of the rounding errors.
 //!
 //! ```text
 //! N = C x V        D = r^2 A - N.N     (= B^2 - A c, by Lagrange's identity)
 //! B = C.V          A = V.V             c = C.C - r^2
 //! ```
 //!
-//! The cross product is the form of `D` without the great cancellation: its
-//! error is relative to `|C||V| |N|`, where `B^2 - A c` loses `|C|^2 |V|^2`.
-//! For `|C|/r = 10^6` that is `10^-10` of `r^2` instead of `10^-4`.
+//! The cross product avoids most of the cancellation in `D`: its error is relative to
+//! `|C||V| |N|`, and that of `B^2 - A c` to `|C|^2 |V|^2`. For `|C|/r = 10^6` that is `10^-10`
+//! of `r^2` instead of `10^-4`.
 //!
-//! Lanes are rays or spheres: pixels of a row that meet one sphere, or spheres that
-//! meet the ray of one pixel.
+//! Lanes are rays or spheres: eight pixels of a row and one sphere, or one pixel and eight
+//! spheres.
 
 use wide::f64x8;
 
@@ -29,9 +29,9 @@ use crate::{
 #[cfg(test)]
 mod tests;
 
-/// Bounds of the inverse depth of what eight rays see of eight spheres, in units of `V`.
-/// A sphere that is surely missed has upper bounds of minus infinity; one that is not
-/// surely hit has lower bounds of minus infinity.
+/// Bounds of the inverse depths at which eight rays hit eight spheres, in units of `V`. The
+/// upper bound is minus infinity if the sphere is certainly missed, and the lower bound is
+/// minus infinity if it is not certainly hit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sights<N> {
     pub(super) lower: N,
@@ -53,7 +53,7 @@ pub(super) struct Rays<N> {
 pub(super) struct Targets<N> {
     centre: [N; 3],
     radius: N,
-    /// `c`, within 7 roundings; its sign is right, and zero is zero.
+    /// `c`, within 7 roundings; its sign is exact, zero included.
     power: N,
 }
 
@@ -148,14 +148,14 @@ impl<N: Real> Sights<N> {
         let down = |s: N| s * (one - units(SIGHT_QUOTIENT));
         let up = |s: N| s * (one + units(SIGHT_QUOTIENT));
 
-        // The camera outside: c > 0.
+        // The camera is outside: c > 0.
         let met = d.exceeds(d_bound) & b_lower.exceeds(zero);
         let missed = (zero - d_bound).exceeds(d) | zero.exceeds(b_upper);
         let outside = Self {
             lower: down((b_lower + root_lower) / c).where_or(met, none),
             upper: none.where_or(missed, up((b_upper + root_upper) / c)),
         };
-        // Inside: of the two equal forms, the one that adds.
+        // Inside: of two equal formulas, the one without cancellation.
         let inner = zero - c;
         let below = root_lower + b_lower;
         let ahead = Self {
@@ -185,17 +185,17 @@ impl<N: Real> Sights<N> {
     }
 }
 
-/// `c = C.C - r^2`, the power of the camera with respect to the sphere: its sign
-/// is right, zero is zero, and its relative error is at most 7 U.
+/// `c = C.C - r^2`, the power of the camera with respect to the sphere. Its sign is exact,
+/// zero included, and its relative error is at most 7 U.
 pub(super) fn power_of_camera(sphere: &Sphere) -> f64 {
     let [x, y, z] = sphere.centre;
     power([x, y, z, sphere.radius]).0
 }
 
-/// `c` as a double and a rest that makes it right to twice the digits.
+/// `c` as a double and its rounding error, which together have twice the digits.
 ///
-/// The squares are exact doubles; their sum is kept as an expansion of doubles
-/// that don't overlap, whose largest component carries the sign (J. Shewchuk,
+/// The squares are exact in doubles. Their sum is kept as an expansion of doubles that do not
+/// overlap, whose largest component has the sign (J. Shewchuk,
 /// Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
 /// Predicates, 1997, section 2.4, Grow-Expansion).
 fn power(sphere: [f32; 4]) -> (f64, f64) {

@@ -6,7 +6,14 @@ use std::ops::Range;
 use proptest::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 
-use super::{Bounds, Engine, Scratch, Tuning, band::colour_of, decide::decide, trials::Random};
+use super::{
+    Bounds, Engine, Scratch, Tuning,
+    band::{CROWD, SMALL_CROWD, colour_of},
+    bins::{FEW_SPHERES, LEAST_TABLE, MOST_RUN},
+    decide::decide,
+    rows::MOST_COLUMNS,
+    trials::Random,
+};
 use crate::{
     camera::{BYTES_PER_PIXEL, Camera, ImageSize},
     render::{Method, Renderer},
@@ -342,13 +349,7 @@ const SIDES: [u32; 8] = [63, 64, 65, 127, 128, 129, 191, 193];
 fn every_way_through_a_picture() {
     use Kind::*;
     let mixtures: &[&[(Kind, usize)]] = &[
-        // About the greatest counts that are still painted.
-        &[(Crowd, 95), (Behind, 64)],
-        &[(Crowd, 96), (Behind, 64)],
-        &[(Crowd, 97), (Behind, 64)],
         &[(Crowd, 300), (Dust, 30)],
-        &[(Stack, 63)],
-        &[(Stack, 64), (Behind, 1)],
         &[(Stack, 65), (Dust, 100)],
         &[(Stack, 200), (Small, 50), (Crowd, 120)],
         &[(Large, 20), (Small, 200), (Dust, 200)],
@@ -376,6 +377,56 @@ fn every_way_through_a_picture() {
             let size = size(side(at), side(5 * at + 3));
             assert_drawn(&scene, size, &format!("mixture {number}, turn {turn}"));
         }
+    }
+}
+
+/// One sphere less than a limit between two ways of drawing, as many, and one more.
+#[test]
+fn counts_at_the_limits() {
+    use Kind::*;
+    // With these behind the camera no scene is one of few spheres.
+    let not_few = (Behind, FEW_SPHERES);
+    for near in [-1, 0, 1] {
+        let [crowd, small_crowd, few] =
+            [CROWD, SMALL_CROWD, FEW_SPHERES].map(|limit| limit.saturating_add_signed(near));
+        for (number, kinds) in [
+            [(Crowd, crowd), not_few],
+            [(Stack, crowd), not_few],
+            [(Crowd, small_crowd), not_few],
+            [(Stack, small_crowd), not_few],
+            [(Stack, few), (Behind, 0)],
+            [(Large, few), (Behind, 0)],
+            [(Small, few), (Behind, 0)],
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let scene = mixture(&kinds, number as u64);
+            let what = format!("{kinds:?}");
+            assert_drawn(&scene, size(65, 64), &what);
+            assert_drawn(&scene, size(129, 130), &what);
+        }
+    }
+}
+
+/// Pictures of so many tiles, and of so many columns, that some way of drawing is not
+/// taken any more.
+#[test]
+fn sides_at_the_limits() {
+    let tile = TILES[0];
+    let square = tile * LEAST_TABLE.isqrt() as u32;
+    let spheres = FEW_SPHERES + 1;
+    for (width, height, count) in [
+        (square, square, spheres),
+        (square + 1, square, spheres),
+        (MOST_COLUMNS, 3, 3),
+        (MOST_COLUMNS + 1, 3, 3),
+    ] {
+        let scene = mixture(&[(Kind::Large, 2), (Kind::Small, count - 2)], 1);
+        let size = size(width, height);
+        let pixels = draw(&scene, size, tile, Bounds::Proven);
+        assert_some_pixels(&scene, size, &pixels, 200, "a side at its limit");
+        assert_alike(&scene, size, &pixels, &TILES[3..], "a side at its limit");
     }
 }
 
@@ -413,14 +464,14 @@ fn any_mixture() {
     });
 }
 
-/// More spheres than a run has.
+/// More spheres than two runs have.
 #[test]
 fn several_runs() {
-    let scene = cloud(300_000, 3);
+    let scene = cloud(2 * MOST_RUN + 40_000, 3);
     let size = size(1000, 562);
     let pixels = draw(&scene, size, 64, Bounds::Proven);
-    assert_some_pixels(&scene, size, &pixels, 60, "300,000 spheres");
-    assert_alike(&scene, size, &pixels, &[8], "300,000 spheres");
+    assert_some_pixels(&scene, size, &pixels, 60, "several runs");
+    assert_alike(&scene, size, &pixels, &[8], "several runs");
 }
 
 /// Copies far apart in the file, in other runs: the first is seen.

@@ -1,23 +1,23 @@
-//! The knobs that tests and benches turn.
+//! Settings of the engine for tests and benches.
 
-/// What the engine makes of its error bounds.
+/// How the engine uses its error bounds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Bounds {
-    /// They decide what is settled.
+    /// As proven: they decide which pixels are settled.
     #[default]
     Proven,
-    /// Nothing is settled before integers: for tests.
+    /// As if they were infinite, so that integers decide every pixel: for tests.
     Refused,
-    /// Everything is settled at once, as if nothing were rounded: for benches.
+    /// As if they were zero, so that every pixel is settled at once: for benches.
     Ignored,
 }
 
-/// How an engine goes about its work; the picture is the same.
+/// Settings that do not change the picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Tuning {
     /// Side of a tile: 8, 16, 32 or 64.
     pub tile: u32,
-    /// What is made of error bounds.
+    /// How error bounds are used.
     pub bounds: Bounds,
 }
 

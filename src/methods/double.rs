@@ -1,8 +1,7 @@
 //! `double`, f64: the formula of [`textbook`](super::textbook) in doubles.
 //!
-//! The squares of the largest and smallest floats are ordinary doubles, so
-//! nothing overflows and nothing vanishes; 53 bits put off the cancellation,
-//! they don't end it.
+//! The squares of the largest and smallest floats are ordinary doubles, so nothing overflows
+//! or underflows. With 53 bits, cancellation matters only at greater distances.
 
 use wide::f64x4;
 

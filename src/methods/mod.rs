@@ -1,6 +1,6 @@
-//! The float methods, a file each: the formula as a comment, its scalar form,
-//! its packet form. Brute force over all spheres, nothing culled: they are what
-//! is measured against, in speed and in accuracy.
+//! The float methods, one file for each: the formula as a comment, its scalar form and its
+//! packet form. They test every sphere for every pixel and cull nothing. The speed and the
+//! accuracy of the engine are compared with theirs.
 //!
 //! Both forms of a method perform the same IEEE operations in the same order on
 //! each pixel (`+ - * / sqrt`, comparisons, select), so their bytes agree.
@@ -11,14 +11,14 @@ pub mod double;
 pub mod geometric;
 pub mod textbook;
 
-/// The sphere seen, or [`NONE`].
+/// The index of the visible sphere, or [`NONE`].
 pub(crate) type Seen = u32;
 
-/// No sphere is seen: background.
+/// No sphere is visible: background.
 pub(crate) const NONE: Seen = u32::MAX;
 
-/// The lanes of a float mask as a bit each, and the sphere index carried in the
-/// bits of a float lane: indices are selected with the same masks as depths.
+/// Indices of spheres in the bits of float lanes, so that they are selected with the same masks
+/// as distances.
 fn index_lanes(index: usize) -> f32x8 {
     f32x8::splat(f32::from_bits(index as Seen))
 }

@@ -1,4 +1,4 @@
-//! Where an image is until it has its name.
+//! The file that an image is drawn into until it is published.
 
 use std::{
     fs::File,
@@ -15,8 +15,8 @@ use super::{
     target::{Target, folder_of},
 };
 
-/// A file without a name or, where the file system has no such files, with one
-/// that is made up for it.
+/// A file without a name or, where the file system has no such files, one with a
+/// temporary name.
 #[derive(Debug)]
 pub(super) struct Draft {
     name: Option<TemporaryName>,
@@ -24,8 +24,8 @@ pub(super) struct Draft {
 }
 
 impl Draft {
-    /// Makes a file for `target`; `private` keeps it from all but its owner until
-    /// it has the permissions of the file that it replaces.
+    /// Makes a file for `target`. If `private`, only its owner can use it until it has
+    /// the permissions of the file that it replaces.
     pub(super) fn create(
         target: &Path,
         private: bool,
@@ -60,37 +60,37 @@ impl Draft {
         Ok((file, Self { name, watch }))
     }
 
-    /// Gives the file the name of `target`, in one step. Before that `hand_on`
-    /// makes it like the file that has this name, and tells whether there is one.
+    /// Gives the file the name of `target`, in one step. Before that, `pass_on` gives it
+    /// the permissions of the file that has this name, and returns whether there is one.
     pub(super) fn publish(
         self,
         file: &File,
         target: &Target,
-        hand_on: impl Fn() -> Result<bool, ImageError>,
+        pass_on: impl Fn() -> Result<bool, ImageError>,
     ) -> Result<(), ImageError> {
         let path = &target.path;
-        let there = hand_on()?;
+        let there = pass_on()?;
         if let Some(name) = self.name {
             return name.rename(path);
         }
         if !there {
             match system::link(file, path) {
                 Ok(()) => return Ok(()),
-                // It has come meanwhile.
+                // Another process has made it meanwhile.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-                    hand_on()?;
+                    pass_on()?;
                 }
                 Err(error) => return Err(refused(path, NAME)(error)),
             }
         }
-        // Only a rename replaces, and only a name can be renamed.
+        // Only a rename replaces a file, and only a file with a name can be renamed.
         let ((), name) =
             TemporaryName::make(folder_of(path), self.watch, |path| system::link(file, path))
                 .map_err(refused(path, NAME))?;
         name.rename(path)
     }
 
-    /// Gives the file the name of `target`, unless something has it.
+    /// Gives the file the name of `target`, unless something has that name.
     pub(super) fn publish_if_absent(self, file: &File, target: &Path) -> Result<(), ImageError> {
         let published = match self.name {
             Some(name) => name.rename_if_absent(target),
@@ -105,16 +105,16 @@ impl Draft {
     }
 }
 
-/// A name that lives as long as a render, or less.
+/// A name that the file has at most until it is published.
 #[derive(Debug)]
 struct TemporaryName {
     path: TempPath,
-    /// Open as long as the name goes through it.
+    /// Open as long as the path goes through its descriptor.
     _folder: Option<File>,
 }
 
 impl TemporaryName {
-    /// Makes a file under such a name in `folder`.
+    /// Makes a file under a temporary name in `folder`.
     fn make<F>(
         folder: &Path,
         watch: Watch,
@@ -124,14 +124,14 @@ impl TemporaryName {
             watch(Event::Temporary(path));
             make(path)
         };
-        let made = made_up_name(folder, &mut make);
+        let made = temporary_name(folder, &mut make);
         let (made, folder) = match made {
-            // The directory's own name may leave no room for another one in it.
+            // The directory's own name may be so long that no name in it can be used.
             Err(error) if error.kind() == io::ErrorKind::InvalidFilename => {
                 let Some((open, short)) = system::short_name(folder) else {
                     return Err(error);
                 };
-                (made_up_name(&short, &mut make)?, Some(open))
+                (temporary_name(&short, &mut make)?, Some(open))
             }
             made => (made?, None),
         };
@@ -165,11 +165,11 @@ impl TemporaryName {
     }
 }
 
-fn made_up_name<F>(
+fn temporary_name<F>(
     folder: &Path,
     mut make: impl FnMut(&Path) -> io::Result<F>,
 ) -> io::Result<(F, TempPath)> {
-    // The system's own error: tempfile's would name the temporary file.
+    // The system's own error, because that of tempfile would name the temporary file.
     let mut refusal = None;
     tempfile::Builder::new()
         .prefix(".sfera-")

@@ -1,4 +1,4 @@
-//! Why an image can't be written or read, and what would mend it.
+//! Why an image can't be written or read, and how to fix that.
 
 use std::{
     io,
@@ -8,8 +8,8 @@ use std::{
 use super::system::{reason, remedy};
 use crate::{camera::ImageSize, name::shown};
 
-/// Why an image can't be written or read. The message names the file and what
-/// would mend it.
+/// Why an image can't be written or read. The message names the file and says how to
+/// fix it.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImageError {
@@ -19,7 +19,7 @@ pub enum ImageError {
         /// The name asked for.
         path: PathBuf,
     },
-    /// The name is that of a file, but ends as only that of a directory can.
+    /// The name ends with a slash, as only that of a directory may, but it is a file.
     #[error(
         "{}: this is a file, and only the name of a directory ends with a slash; leave the slash out",
         shown(path)
@@ -28,8 +28,8 @@ pub enum ImageError {
         /// The name asked for.
         path: PathBuf,
     },
-    /// The name is that of a device, a socket or another thing that can't be
-    /// mapped or replaced.
+    /// The name is that of a socket or another object that can be neither mapped nor
+    /// replaced.
     #[error(
         "{}: this is neither a file nor a stream; name another file",
         shown(path)
@@ -38,8 +38,8 @@ pub enum ImageError {
         /// The name asked for.
         path: PathBuf,
     },
-    /// Some of the symbolic links on the way are followed by the operating system
-    /// to another file than by name: to one that was removed, or of another process.
+    /// The operating system follows one of the symbolic links on the way to another file
+    /// than the one with that name: to one that was removed, or to one of another process.
     #[error(
         "{}: its symbolic links lead to a file that has no such name (any more); name the file itself, or write to standard output (-)",
         shown(path)
@@ -48,7 +48,7 @@ pub enum ImageError {
         /// The name asked for.
         path: PathBuf,
     },
-    /// An image is there already, and may not be written.
+    /// The file exists already, and may not be written.
     #[error(
         "{}: this file is write-protected, and is left as it is; name another file, or allow it with chmod u+w",
         shown(path)
@@ -57,8 +57,8 @@ pub enum ImageError {
         /// The name asked for.
         path: PathBuf,
     },
-    /// An image is there already, with an attribute that keeps even its owner and
-    /// root from replacing it.
+    /// The file exists already, with an attribute that keeps even its owner and root from
+    /// replacing it.
     #[error(
         "{}: this file is kept from being changed by an attribute ({attribute}), and is left as it is; name another file, or take the attribute away with chattr -{attribute}",
         shown(path)
@@ -69,7 +69,7 @@ pub enum ImageError {
         /// As `chattr` calls it: `i` or `a`.
         attribute: char,
     },
-    /// An image is there already, in a directory where only its owner may replace it.
+    /// The file exists already, in a directory where only its owner may replace it.
     #[error(
         "{}: this file is another user's, in a directory where users may replace only their own (chmod +t); name another file",
         shown(path)
@@ -78,7 +78,7 @@ pub enum ImageError {
         /// The name asked for.
         path: PathBuf,
     },
-    /// The name is that of a file which is mounted there by itself.
+    /// The name is that of a file that is itself a mount point.
     #[error(
         "{}: this file is mounted by itself, as into a container, and can't be replaced; mount its directory instead, or write into it: give the image the name - and redirect standard output to it (>)",
         shown(path)
@@ -87,8 +87,8 @@ pub enum ImageError {
         /// The name asked for.
         path: PathBuf,
     },
-    /// An attribute of the directory keeps files in it from being made, or from
-    /// being replaced or removed.
+    /// An attribute of the directory prevents files in it from being made, or from being
+    /// replaced or removed.
     #[error(
         "{}: its directory is kept from being changed by an attribute ({attribute}); name a file in another directory, or take the attribute away with chattr -{attribute}",
         shown(path)
@@ -99,7 +99,7 @@ pub enum ImageError {
         /// As `chattr` calls it: `i`, or `a` where files can be added.
         attribute: char,
     },
-    /// What is there is not what was there when the drawing began.
+    /// The file is not the one that was there when the drawing began.
     #[error(
         "{}: {what} while it was drawn; draw it again, or name another file",
         shown(path)
@@ -120,18 +120,18 @@ pub enum ImageError {
         path: PathBuf,
         /// The size asked for.
         size: ImageSize,
-        /// What it is instead.
+        /// What was found instead.
         found: String,
     },
-    /// What was to be read is not a binary PPM of the size asked for.
+    /// The picture that was to be read is not a binary PPM of the size asked for.
     #[error("{}: {problem}", shown(path))]
     Unlike {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it, and what would mend it.
+        /// What is wrong with it, and how to fix it.
         problem: String,
     },
-    /// No file can be made, though there is room for bytes.
+    /// No file can be made, although there is room for bytes.
     #[error(
         "{}: can't make a file in its directory: its file system has no inode left; remove some files, or name a file on another file system",
         shown(path)
@@ -140,7 +140,7 @@ pub enum ImageError {
         /// The name asked for.
         path: PathBuf,
     },
-    /// The image could not be given its name, nor its temporary name be taken away.
+    /// The image could not be given its name, and its temporary name could not be removed.
     #[error(
         "{}: can't give it its name: {}{}; the image is in {}, which can't be removed",
         shown(path),
@@ -151,7 +151,7 @@ pub enum ImageError {
     Stranded {
         /// The name asked for.
         path: PathBuf,
-        /// The name that it has.
+        /// The name that it has instead.
         temporary: PathBuf,
         /// Why.
         source: io::Error,
@@ -185,7 +185,7 @@ pub(super) fn refused<E: Into<io::Error>>(
     }
 }
 
-/// What was refused, in the words of [`ImageError::System`].
+/// What was refused: the `action` of [`ImageError::System`].
 pub(super) const FOLLOW: &str = "follow its symbolic links";
 pub(super) const LOOK: &str = "look at it";
 pub(super) const OPEN: &str = "open it";

@@ -1,4 +1,4 @@
-//! The bytes of the file: which lie where, and whether they are a picture.
+//! The layout of the file, and whether a file has it.
 
 use std::{fs::File, ops::Range, path::Path};
 
@@ -19,35 +19,35 @@ pub(super) fn file_bytes(size: ImageSize) -> u64 {
     (header(size).len() + size.pixel_bytes()) as u64
 }
 
-/// Where the pixels of a row begin in the file.
+/// The offset of the pixels of a row in the file.
 pub(super) fn offset(size: ImageSize, row: u32) -> u64 {
     header(size).len() as u64 + u64::from(row) * size.row_bytes() as u64
 }
 
-/// Rows that tiles of any size are whole in.
+/// A number of rows that tiles of every size divide.
 const WHOLE_TILES: usize = 64;
 
-/// Splits `rows` evenly into groups of at most `bytes`, but at least one row;
-/// where there is room for it, between rows of tiles.
+/// Splits `rows` evenly into groups of at most `bytes` and at least one row. Where groups
+/// are large enough, they consist of whole rows of tiles.
 pub(super) fn groups(
     size: ImageSize,
     rows: Range<u32>,
     bytes: usize,
 ) -> impl Iterator<Item = Range<u32>> {
-    let most = (bytes / size.row_bytes()).max(1);
-    let count = rows.len().div_ceil(most).max(1);
+    let upper = (bytes / size.row_bytes()).max(1);
+    let count = rows.len().div_ceil(upper).max(1);
     let mut each = rows.len().div_ceil(count).max(1);
-    if count > 1 && most >= WHOLE_TILES {
+    if count > 1 && upper >= WHOLE_TILES {
         each = each
             .next_multiple_of(WHOLE_TILES)
-            .min(most - most % WHOLE_TILES);
+            .min(upper - upper % WHOLE_TILES);
     }
     rows.clone()
         .step_by(each)
         .map(move |first| first..first.saturating_add(each as u32).min(rows.end))
 }
 
-/// That a file is the picture of this size, by its length and header.
+/// Checks by length and header that a file is a picture of this size.
 pub(super) fn check_picture(file: &File, path: &Path, size: ImageSize) -> Result<(), ImageError> {
     let other = |found: String| ImageError::OtherPicture {
         path: path.to_owned(),
@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn groups_are_all_rows_once_and_fit() {
+    fn groups_hold_each_row_once_and_fit() {
         for (width, height) in [
             (1, 1),
             (1, 5000),
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_row_there_can_be_is_drawn() {
+    fn the_last_possible_row_is_in_a_group() {
         let size = size(1, u32::MAX);
         let last = groups(size, u32::MAX - 5..u32::MAX, 6).last();
         assert_eq!(last.map(|group| group.end), Some(u32::MAX));

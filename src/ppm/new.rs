@@ -39,23 +39,23 @@ pub struct MappedImage {
 }
 
 impl MappedImage {
-    /// Reserves the blocks of an image that is to appear at `path`. Where `path`
-    /// is a symbolic link, its target is what will be made or replaced.
+    /// Reserves the blocks of an image that is to appear at `path`. If `path` is a symbolic
+    /// link, its target will be made or replaced.
     ///
     /// # Errors
     ///
-    /// If the image could not be made or replaced there, or there is no room.
+    /// If the image can't be made or replaced there, or there is no room.
     pub fn create(path: impl AsRef<Path>, size: ImageSize) -> Result<Self, ImageError> {
         Self::create_watched(path, size, |_| ())
     }
 
-    /// As [`create`](Self::create), and tells `watch` of the names that the file
-    /// has until it is published: where the file system has no files without one,
-    /// or another file is replaced.
+    /// Like [`create`](Self::create), and calls `watch` with each temporary name of the
+    /// file. It has one where the file system has no files without a name, or while it
+    /// replaces another file.
     ///
     /// # Errors
     ///
-    /// If the image could not be made or replaced there, or there is no room.
+    /// If the image can't be made or replaced there, or there is no room.
     pub fn create_watched(
         path: impl AsRef<Path>,
         size: ImageSize,
@@ -76,7 +76,7 @@ impl MappedImage {
         })
     }
 
-    /// Hands all rows to `draw`, a group at a time, with the bytes of their pixels.
+    /// Calls `draw` with each group of rows and the bytes of their pixels, until all are drawn.
     ///
     /// # Errors
     ///
@@ -101,30 +101,30 @@ impl MappedImage {
         self.rows.draw(0..self.rows.size.height(), draw)
     }
 
-    /// Waits until no disk can refuse any more what was drawn. That takes time only
-    /// where it is not local; [`publish`](Self::publish) does so first.
+    /// Waits until the disk can no longer refuse what was drawn. That takes time only if
+    /// it is not a local disk. [`publish`](Self::publish) does so first.
     ///
     /// # Errors
     ///
-    /// If it was refused.
+    /// If the disk refused it.
     pub fn settle(&self) -> Result<(), ImageError> {
         let Rows { file, path, .. } = &self.rows;
         system::settle(file).map_err(refused(path, WRITE))
     }
 
-    /// Makes the image appear under its name, in one step. A file that was there
-    /// is replaced, and hands on its permissions.
+    /// Makes the image appear under its name, in one step. It replaces an existing file
+    /// and takes over its permissions.
     ///
     /// # Errors
     ///
-    /// If the file can't be given its name, or something has that name by now
-    /// which must not be replaced; what was there before is untouched.
+    /// If the file can't be given its name, or something has got that name meanwhile that
+    /// must not be replaced. Whatever has the name is left untouched.
     pub fn publish(self) -> Result<(), ImageError> {
         let Rows {
             file, path, size, ..
         } = self.rows;
-        // The header comes last: written first, its small page would keep the
-        // file's beginning from being had as a huge one.
+        // The header comes last: written first, its small page would prevent a huge page
+        // at the beginning of the file.
         system::write_at(&file, header(size).as_bytes(), 0).map_err(refused(&path, WRITE))?;
         let becoming = self.becoming;
         NewFile { file, becoming }.publish()
@@ -136,7 +136,7 @@ mod tests {
     use super::*;
     use crate::ppm::Picture;
 
-    /// Windows begin anywhere in the file, not only where pages do.
+    /// Windows begin anywhere in the file, not only at the boundaries of pages.
     #[test]
     fn windows_join_without_a_seam() -> Result<(), Box<dyn std::error::Error>> {
         let folder = tempfile::tempdir()?;

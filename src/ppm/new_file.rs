@@ -1,4 +1,4 @@
-//! A file of any kind that appears whole under its name.
+//! A file of any format that appears whole under its name.
 
 use std::{fs::File, path::Path};
 
@@ -10,7 +10,7 @@ use super::{
     target::Target,
 };
 
-/// A file without a name until it is complete, for images of another format.
+/// A file that has no name until it is complete, for images of another format.
 ///
 /// ```
 /// use std::io::Write;
@@ -31,33 +31,33 @@ pub struct NewFile {
     pub(super) becoming: Becoming,
 }
 
-/// What a file without a name is to become.
+/// The name that a file is to get, and the permissions.
 #[derive(Debug)]
 pub(super) struct Becoming {
     draft: Draft,
     pub(super) target: Target,
-    /// Of the file that is to be replaced.
+    /// Those of the file that is to be replaced.
     permissions: Option<Permissions>,
 }
 
 impl NewFile {
-    /// Makes a file that is to appear at `path`. Where `path` is a symbolic link,
-    /// its target is what will be made or replaced.
+    /// Makes a file that is to appear at `path`. If `path` is a symbolic link, its target
+    /// will be made or replaced.
     ///
     /// # Errors
     ///
-    /// If the file could not be made or replaced there.
+    /// If the file can't be made or replaced there.
     pub fn create(path: impl AsRef<Path>) -> Result<Self, ImageError> {
         Self::create_watched(path, |_| ())
     }
 
-    /// As [`create`](Self::create), and tells `watch` of the names that the file
-    /// has until it is published: where the file system has no files without one,
-    /// or another file is replaced.
+    /// Like [`create`](Self::create), and calls `watch` with each temporary name of the
+    /// file. It has one where the file system has no files without a name, or while it
+    /// replaces another file.
     ///
     /// # Errors
     ///
-    /// If the file could not be made or replaced there.
+    /// If the file can't be made or replaced there.
     pub fn create_watched(path: impl AsRef<Path>, watch: Watch) -> Result<Self, ImageError> {
         let target = Target::find(path.as_ref())?;
         target.may_be_replaced()?;
@@ -82,24 +82,24 @@ impl NewFile {
         &self.file
     }
 
-    /// Waits until no disk can refuse any more what was written. That takes time only
-    /// where it is not local; [`publish`](Self::publish) does so first.
+    /// Waits until the disk can no longer refuse what was written. That takes time only if
+    /// it is not a local disk. [`publish`](Self::publish) does so first.
     ///
     /// # Errors
     ///
-    /// If it was refused.
+    /// If the disk refused it.
     pub fn settle(&self) -> Result<(), ImageError> {
         let path = &self.becoming.target.path;
         system::settle(&self.file).map_err(refused(path, WRITE))
     }
 
-    /// Makes the file appear under its name, in one step. A file that was there
-    /// is replaced, and hands on its permissions.
+    /// Makes the file appear under its name, in one step. It replaces an existing file and
+    /// takes over its permissions.
     ///
     /// # Errors
     ///
-    /// If the file can't be given its name, or something has that name by now
-    /// which must not be replaced; what was there before is untouched.
+    /// If the file can't be given its name, or something has got that name meanwhile that
+    /// must not be replaced. Whatever has the name is left untouched.
     pub fn publish(self) -> Result<(), ImageError> {
         self.settle()?;
         let Self { file, becoming } = self;
@@ -115,7 +115,7 @@ impl NewFile {
                 None => permissions.as_ref(),
             };
             if let Some(permissions) = now {
-                let kept = permissions.hand_on(&file);
+                let kept = permissions.pass_on(&file);
                 kept.map_err(refused(&target.path, "keep its permissions"))?;
             }
             Ok(there.is_some())

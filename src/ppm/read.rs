@@ -1,4 +1,4 @@
-//! A picture that is there, whoever wrote it, read from the top.
+//! Reads an existing picture from the top, whichever program wrote it.
 
 use std::{
     fs::File,
@@ -14,16 +14,16 @@ use super::{
 };
 use crate::camera::ImageSize;
 
-/// Splits `rows` into groups that are worth being read and drawn at a time, and
+/// Splits `rows` into groups that are large enough to be read and drawn at a time, and
 /// take little memory.
 pub fn row_groups(size: ImageSize, rows: Range<u32>) -> impl Iterator<Item = Range<u32>> {
     groups(size, rows, BUFFER_BYTES)
 }
 
-/// The pixels of a binary PPM, as a file or a stream brings them.
+/// The pixels of a binary PPM, from a file or a stream.
 ///
-/// The header may be written in any way that the format allows: white space and
-/// comments between its numbers, on one line or many, with any line ends.
+/// The header may have any form that the format allows: white space and comments between
+/// its numbers, on one line or several, with any line ends.
 ///
 /// ```
 /// use sfera::{camera::ImageSize, ppm::Picture};
@@ -41,13 +41,12 @@ pub struct Picture<R> {
     source: R,
     path: PathBuf,
     size: ImageSize,
-    /// Bytes of pixels that have been taken.
+    /// Bytes of pixels that have been read or skipped.
     taken: u64,
 }
 
 impl Picture<BufReader<File>> {
-    /// Opens the picture of this size at `path`, which may be a pipe, and goes to
-    /// `row`.
+    /// Opens the picture of this size at `path`, which may be a pipe, and skips to `row`.
     ///
     /// # Errors
     ///
@@ -63,22 +62,21 @@ impl Picture<BufReader<File>> {
         let length = metadata.is_file().then_some(metadata.len());
         let mut picture = Self::of_length(BufReader::new(file), path, size, length)?;
         let before = u64::from(row) * size.row_bytes() as u64;
-        // Where there is no seeking, what stands before the row is read.
+        // Where seeking is impossible, the rows before are read.
         let sought = length.is_some()
             && i64::try_from(before)
                 .is_ok_and(|before| picture.source.seek_relative(before).is_ok());
         if sought {
             picture.taken = before;
         } else {
-            picture.pass_over(row)?;
+            picture.skip(row)?;
         }
         Ok(picture)
     }
 }
 
 impl<R: BufRead> Picture<R> {
-    /// Reads the header of the picture of this size that `source` brings.
-    /// Messages give it `name`.
+    /// Reads the header of the picture of this size from `source`. Messages call it `name`.
     ///
     /// # Errors
     ///
@@ -118,7 +116,7 @@ impl<R: BufRead> Picture<R> {
     ///
     /// # Errors
     ///
-    /// If the picture can't be read or ends before.
+    /// If the picture can't be read or ends too early.
     pub fn read(&mut self, pixels: &mut [u8]) -> Result<(), ImageError> {
         let mut filled = 0;
         while filled < pixels.len() {
@@ -135,12 +133,12 @@ impl<R: BufRead> Picture<R> {
         Ok(())
     }
 
-    /// Passes over the next rows.
+    /// Skips the next rows.
     ///
     /// # Errors
     ///
-    /// If the picture can't be read or ends before.
-    pub fn pass_over(&mut self, rows: u32) -> Result<(), ImageError> {
+    /// If the picture can't be read or ends too early.
+    pub fn skip(&mut self, rows: u32) -> Result<(), ImageError> {
         let bytes = u64::from(rows) * self.size.row_bytes() as u64;
         let passed = io::copy(&mut self.source.by_ref().take(bytes), &mut io::sink())
             .map_err(refused(&self.path, READ))?;
@@ -151,11 +149,11 @@ impl<R: BufRead> Picture<R> {
         Ok(())
     }
 
-    /// Makes sure that the picture ends with its last row, if that has been read.
+    /// Checks that the picture ends with its last row, if that has been read.
     ///
     /// # Errors
     ///
-    /// If it can't be read or goes on.
+    /// If it can't be read, or if more follows.
     pub fn finish(mut self) -> Result<(), ImageError> {
         if self.taken < self.size.pixel_bytes() as u64 {
             return Ok(());
@@ -182,7 +180,7 @@ impl<R: BufRead> Picture<R> {
         unlike(
             &self.path,
             format!(
-                "more follows the {} bytes of the pixels; a picture is written in binary mode (\"wb\"), \
+                "data follows the {} bytes of the pixels; a picture is written in binary mode (\"wb\"), \
                  where no line feed becomes two bytes, and has 3 bytes a pixel",
                 self.size.pixel_bytes()
             ),
@@ -197,7 +195,7 @@ fn unlike(path: &Path, problem: String) -> ImageError {
     }
 }
 
-/// The next byte, which stays the next.
+/// The next byte, without consuming it.
 fn peek(source: &mut impl BufRead) -> io::Result<Option<u8>> {
     loop {
         match source.fill_buf() {
@@ -208,9 +206,9 @@ fn peek(source: &mut impl BufRead) -> io::Result<Option<u8>> {
     }
 }
 
-/// A header being read: `P6`, width, height and 255, each followed by white
-/// space, the last by one character of it. From a `#` to the end of the line all
-/// is a comment and means its line end.
+/// A header being read: `P6`, width, height and 255, each followed by white space, the
+/// last by exactly one character. A `#` starts a comment to the end of the line; a comment
+/// counts as its line end.
 struct Header<'a, R> {
     source: R,
     path: &'a Path,
@@ -242,12 +240,12 @@ impl<R: BufRead> Header<'_, R> {
                 self.path,
                 format!(
                     "the values of this picture run to {depth} instead of 255; \
-                     write it with one byte a channel, or turn it with pnmdepth 255"
+                     write it with one byte a channel, or convert it with pnmdepth 255"
                 ),
             ));
         }
-        // Two characters are one line end, unless the length of the file says
-        // that the second is the first pixel's.
+        // CR and LF are one line end, unless the length of the file says that the LF is
+        // the first byte of the pixels.
         let pixels = size.pixel_bytes() as u64;
         let is_pixel = length.is_some_and(|length| length == self.taken + pixels);
         if end == b'\r' && self.peek()? == Some(b'\n') && !is_pixel {
@@ -256,11 +254,11 @@ impl<R: BufRead> Header<'_, R> {
         Ok(())
     }
 
-    /// A number and the character of white space that ends it.
+    /// A number and the white space character after it.
     fn number(&mut self, what: &str) -> Result<(u64, u8), ImageError> {
-        let mut byte = self.past_comment()?;
+        let mut byte = self.after_comment()?;
         while byte.is_some_and(is_white_space) {
-            byte = self.past_comment()?;
+            byte = self.after_comment()?;
         }
         let mut value = 0_u64;
         let mut digits = 0;
@@ -269,7 +267,7 @@ impl<R: BufRead> Header<'_, R> {
                 .saturating_mul(10)
                 .saturating_add(u64::from(digit - b'0'));
             digits += 1;
-            byte = self.past_comment()?;
+            byte = self.after_comment()?;
         }
         match byte.filter(|&end| digits > 0 && is_white_space(end)) {
             Some(end) => Ok((value, end)),
@@ -280,19 +278,19 @@ impl<R: BufRead> Header<'_, R> {
     fn broken(&self, expected: &str, found: Option<u8>) -> ImageError {
         let found = found.map_or_else(
             || "it ends".to_owned(),
-            |byte| format!("\"{}\" stands there", byte.escape_ascii()),
+            |byte| format!("\"{}\" was found", byte.escape_ascii()),
         );
         unlike(
             self.path,
             format!(
-                "{expected} is missing in the header of this picture, where {found}; \
+                "{expected} is missing in the header of this picture: {found}; \
                  a header is P6, width, height and 255 with white space between"
             ),
         )
     }
 
-    /// The next byte; of a comment, the line end.
-    fn past_comment(&mut self) -> Result<Option<u8>, ImageError> {
+    /// The next byte; for a comment, its line end.
+    fn after_comment(&mut self) -> Result<Option<u8>, ImageError> {
         let mut byte = self.next()?;
         if byte == Some(b'#') {
             while !matches!(byte, None | Some(b'\n' | b'\r')) {
@@ -316,23 +314,23 @@ impl<R: BufRead> Header<'_, R> {
     }
 }
 
-/// What `isspace` of C takes for white space.
+/// White space as `isspace` of C defines it.
 fn is_white_space(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t'..=b'\r')
 }
 
-/// What begins with these two bytes instead of `P6`.
+/// The message for a file that begins with these two bytes instead of `P6`.
 fn foreign(magic: [Option<u8>; 2]) -> String {
     let (found, remedy) = match &magic.map(Option::unwrap_or_default) {
         _ if magic == [None, None] => ("an empty file", "write the picture again"),
-        b"P3" => ("a PPM in text", "turn it with pnmtopnm"),
+        b"P3" => ("a PPM in text", "convert it with pnmtopnm"),
         b"P1" | b"P2" | b"P4" | b"P5" => ("a picture without colour", "write it as P6, in colour"),
-        b"P7" => ("a PAM", "turn it with pamtopnm"),
-        b"\x89P" => ("a PNG", "turn it with pngtopnm"),
+        b"P7" => ("a PAM", "convert it with pamtopnm"),
+        b"\x89P" => ("a PNG", "convert it with pngtopnm"),
         b"\xff\xd8" => ("a JPEG, whose colours are not exact", "write a PPM"),
-        b"BM" => ("a BMP", "turn it with bmptopnm"),
-        b"GI" => ("a GIF", "turn it with giftopnm"),
-        b"II" | b"MM" => ("a TIFF", "turn it with tifftopnm"),
+        b"BM" => ("a BMP", "convert it with bmptopnm"),
+        b"GI" => ("a GIF", "convert it with giftopnm"),
+        b"II" | b"MM" => ("a TIFF", "convert it with tifftopnm"),
         b"VP" => ("a scene", "name the picture second"),
         _ => ("something else", "write the picture as P6"),
     };
@@ -349,7 +347,7 @@ mod tests {
         ImageSize::new(width, height).expect("a size with pixels")
     }
 
-    /// What a stream and a file of these bytes are read as.
+    /// What is read from a stream and from a file of these bytes.
     fn read(bytes: &[u8], size: ImageSize) -> [Result<Vec<u8>, String>; 2] {
         fn all<R: BufRead>(
             picture: Result<Picture<R>, ImageError>,
@@ -367,7 +365,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("picture");
         std::fs::write(&path, bytes).expect("a file");
-        // A stream that comes byte by byte.
+        // A stream that delivers one byte at a time.
         let stream = BufReader::with_capacity(1, bytes);
         [
             all(Picture::new(stream, &path, size), size),
@@ -376,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn headers_of_every_style_begin_the_same_picture() {
+    fn every_form_of_header_is_read() {
         let pixels: Vec<u8> = (0..12).collect();
         for header in [
             "P6\n2 2\n255\n",
@@ -408,7 +406,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_the_picture_is_told_with_a_remedy() {
+    fn what_is_not_the_picture_is_refused_with_advice() {
         for (bytes, words) in [
             ("", "an empty file"),
             ("P", "not a binary PPM"),
@@ -427,8 +425,8 @@ mod tests {
             ("P6\n1 1\n65535\nabcabc", "pnmdepth 255"),
             ("P6\n1 1\n", "the greatest value is missing"),
             ("P6\n1\n", "the height is missing"),
-            ("P6\n1 x\n255\nabc", "\"x\" stands there"),
-            ("P6\n1 -1\n255\nabc", "\"-\" stands there"),
+            ("P6\n1 x\n255\nabc", "\"x\" was found"),
+            ("P6\n1 -1\n255\nabc", "\"-\" was found"),
             ("P6\n1 1\n255", "it ends"),
             ("P6\n1 1\n255\nab", "2 bytes instead of 3"),
             ("P6\n1 1\n255\nabcd", "binary mode"),
@@ -445,8 +443,8 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the bytes, a stream and a file are the same picture or both none,
-        /// but for a first pixel that looks like a line end.
+        /// For any bytes, a stream and a file give the same picture or both an error,
+        /// except where the first pixel looks like a line end.
         #[test]
         fn any_bytes_are_a_picture_or_a_message(
             bytes in "P6[ #\\n\\t1]{1,4}[ 12]{1,3}\\s[0-9 ]{1,5}#?[a-z\\n \\r]{0,9}",
@@ -459,7 +457,7 @@ mod tests {
         }
 
         #[test]
-        fn no_bytes_make_it_panic(mut bytes in prop::collection::vec(any::<u8>(), 0..40)) {
+        fn no_bytes_cause_a_panic(mut bytes in prop::collection::vec(any::<u8>(), 0..40)) {
             for begin in [b"P6".as_slice(), b"P6 1 2 255", b""] {
                 bytes.splice(..bytes.len().min(begin.len()), begin.iter().copied());
                 let _ = read(&bytes, size(1, 2));

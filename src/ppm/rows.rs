@@ -1,4 +1,4 @@
-//! Rows of a file: mapped a window at a time or, where that can't be, written.
+//! Rows of a file: mapped a window at a time or, where that is not safe, written.
 
 use std::{fs::File, ops::Range, path::PathBuf};
 
@@ -11,20 +11,20 @@ use super::{
 };
 use crate::{camera::ImageSize, pages::HUGE_PAGE};
 
-/// Bytes of a mapping: enough that its making is not felt, little beside the
-/// memory of any machine.
+/// Bytes of a mapping: so many that mapping takes no noticeable time, and few compared
+/// with the memory of any machine.
 const WINDOW_BYTES: usize = 64 << 20;
 
-/// A file of reserved blocks, and how its rows are had.
+/// A file of reserved blocks, and how its rows are written.
 #[derive(Debug)]
 pub(super) struct Rows {
     pub(super) file: File,
     pub(super) path: PathBuf,
     pub(super) size: ImageSize,
-    /// Mapped, or else written byte by byte.
+    /// Whether rows are mapped; otherwise they are written.
     pub(super) mapped: bool,
-    /// All of the file is drawn by this process, so what lies about some rows
-    /// may be mapped with them.
+    /// Whether this process draws the whole file, so that bytes around a group of rows
+    /// may be mapped with it.
     pub(super) whole: bool,
 }
 
@@ -49,8 +49,8 @@ impl Rows {
             );
             if self.mapped {
                 let window = if self.whole {
-                    // Pages at the ends of a window that is cut through a huge one are had
-                    // one by one, and each time all of the huge one is gone through.
+                    // Where a window ends within a huge page, the kernel faults that page in
+                    // by small pages, and goes through all of the huge one each time.
                     let first = start - start % HUGE_PAGE as u64;
                     let last = (start + length as u64).next_multiple_of(HUGE_PAGE as u64);
                     first..last.min(file_bytes(self.size))

@@ -42,8 +42,8 @@ pub struct SharedImage {
 }
 
 impl SharedImage {
-    /// Opens the picture of this size at `path`; makes and reserves a black one
-    /// where there is none. Of several processes that find none, one makes it.
+    /// Opens the picture of this size at `path`. If there is none, makes a black one and
+    /// reserves its blocks. If several processes find none, one of them makes it.
     ///
     /// # Errors
     ///
@@ -52,8 +52,8 @@ impl SharedImage {
         Self::open_watched(path, size, |_| ())
     }
 
-    /// As [`open`](Self::open), and tells `watch` when another process is waited
-    /// for, and of the name that a new picture has until it is complete.
+    /// Like [`open`](Self::open), and calls `watch` while it waits for another process, and
+    /// with the temporary name of a new picture.
     ///
     /// # Errors
     ///
@@ -73,7 +73,7 @@ impl SharedImage {
         let file = OpenOptions::new().read(true).write(true).open(&path);
         let file = file.map_err(refused(&path, OPEN))?;
         check_picture(&file, &path, size)?;
-        // It may have come from elsewhere and have holes.
+        // It may come from another program and have holes.
         let mapped = system::reserve(&file, file_bytes(size)).map_err(refused(&path, RESERVE))?;
         Ok(Self {
             rows: Rows {
@@ -86,10 +86,10 @@ impl SharedImage {
         })
     }
 
-    /// Makes a black picture appear whole at `path`, unless something else
-    /// does meanwhile.
+    /// Makes a black picture appear whole at `path`, unless something else appears there
+    /// meanwhile.
     fn make(path: &Path, size: ImageSize, watch: Watch) -> Result<(), ImageError> {
-        let _turn = turn_to_make(path, watch);
+        let _lock = lock_folder(path, watch);
         if is_there(path) {
             return Ok(());
         }
@@ -99,16 +99,16 @@ impl SharedImage {
             system::write_zeros(&file, bytes).map_err(refused(path, RESERVE))?;
         }
         system::write_at(&file, header(size).as_bytes(), 0).map_err(refused(path, WRITE))?;
-        // The next process is to draw in it.
+        // The next process must be able to draw in it.
         system::make_writable(&file).map_err(refused(path, "make it writable"))?;
         draft.publish_if_absent(&file, path)
     }
 
-    /// Hands `rows` to `draw`, a group at a time, with the bytes of their pixels.
+    /// Calls `draw` with each group of `rows` and the bytes of their pixels.
     ///
     /// # Errors
     ///
-    /// If the file can't be mapped or written, or has lost its name meanwhile.
+    /// If the file can't be mapped or written, or was removed or replaced meanwhile.
     ///
     /// # Panics
     ///
@@ -146,7 +146,7 @@ impl SharedImage {
         Ok(self.still_has_its_name()?)
     }
 
-    /// Rows of a file that was removed or replaced are lost.
+    /// Fails if the file was removed or replaced, because then its rows are lost.
     fn still_has_its_name(&self) -> Result<(), ImageError> {
         let Rows { file, path, .. } = &self.rows;
         let drawn = file.metadata().map_err(refused(path, LOOK))?;
@@ -161,29 +161,29 @@ impl SharedImage {
     }
 }
 
-/// Whether making a picture would be in vain; errors show when it is opened.
+/// Whether no picture need be made. Errors are reported when it is opened.
 fn is_there(path: &Path) -> bool {
     path.try_exists().unwrap_or(true)
 }
 
-/// A lock on the directory while a shared image is made in it, so that many
-/// processes that start together don't each reserve a whole picture. It only
-/// saves room: without it, or after waiting too long, nothing goes wrong.
-fn turn_to_make(path: &Path, watch: Watch) -> Option<File> {
+/// Locks the directory while a shared image is made in it, so that processes that start
+/// together don't each reserve a whole picture. The lock only saves room: without it, or
+/// after waiting too long, the result is the same.
+fn lock_folder(path: &Path, watch: Watch) -> Option<File> {
     const PATIENCE: Duration = Duration::from_secs(10);
-    /// What is waited in silence.
-    const SOON: Duration = Duration::from_secs(1);
+    /// How long it waits before it reports that.
+    const SILENCE: Duration = Duration::from_secs(1);
     let folder = folder_of(path);
     let lock = File::open(folder).ok()?;
     let start = Instant::now();
-    let mut told = false;
+    let mut reported = false;
     loop {
         match lock.try_lock() {
             Ok(()) => return Some(lock),
             Err(TryLockError::WouldBlock) if start.elapsed() < PATIENCE && !is_there(path) => {
-                if !told && start.elapsed() > SOON {
+                if !reported && start.elapsed() > SILENCE {
                     watch(Event::Waiting(folder));
-                    told = true;
+                    reported = true;
                 }
                 thread::sleep(Duration::from_millis(2));
             }
@@ -196,7 +196,7 @@ fn turn_to_make(path: &Path, watch: Watch) -> Option<File> {
 mod tests {
     use super::*;
 
-    /// As on a network file system, where rows are written and not mapped.
+    /// As on a network file system, where rows are written instead of mapped.
     #[test]
     fn written_rows_are_the_bytes_of_mapped_ones() -> Result<(), Box<dyn std::error::Error>> {
         let folder = tempfile::tempdir()?;

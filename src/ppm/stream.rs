@@ -1,4 +1,4 @@
-//! Whole images to streams of bytes.
+//! Writes whole images to streams of bytes.
 
 use std::{
     io::{self, Write},
@@ -8,7 +8,7 @@ use std::{
 use super::format::{groups, header};
 use crate::camera::ImageSize;
 
-/// Bytes of the buffer of a stream.
+/// Bytes of the buffer of rows.
 pub(super) const BUFFER_BYTES: usize = 16 << 20;
 
 /// Writes a whole image to a stream, a group of rows at a time.

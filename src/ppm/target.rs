@@ -1,5 +1,4 @@
-//! The file that an image is to become: which one that is, and whether it may be
-//! replaced.
+//! The file that an image is to become: which file it is, and whether it may be replaced.
 
 use std::{
     ffi::OsString,
@@ -13,17 +12,17 @@ use super::{
     system::{self, Attributes},
 };
 
-/// The name of a file, and what was there.
+/// The name of a file, and what has that name.
 #[derive(Debug)]
 pub(super) struct Target {
-    /// Not a symbolic link.
+    /// With all symbolic links followed.
     pub(super) path: PathBuf,
     pub(super) found: Option<Metadata>,
 }
 
 impl Target {
-    /// The file that `path` names: where that is a symbolic link, the file at its
-    /// end. It is absent or a plain file that may be written.
+    /// The file that `path` names, or the target if that is a symbolic link. It is absent,
+    /// or a plain file that may be written.
     pub(super) fn find(path: &Path) -> Result<Self, ImageError> {
         let target = follow(path)?;
         if let Some(found) = &target.found {
@@ -36,7 +35,7 @@ impl Target {
         Ok(target)
     }
 
-    /// Refuses a file that can't be replaced, though it may be written.
+    /// Refuses a file that can't be replaced, although it may be written.
     pub(super) fn may_be_replaced(&self) -> Result<(), ImageError> {
         match &self.found {
             Some(found) => may_replace(&self.path, found),
@@ -44,8 +43,8 @@ impl Target {
         }
     }
 
-    /// What has the name now, if it may still be replaced. From this look to the
-    /// rename there is a moment that no system call closes.
+    /// What has the name now; an error if that must not be replaced. No system call closes
+    /// the gap between this check and the rename.
     pub(super) fn look_again(&self) -> Result<Option<Metadata>, ImageError> {
         let path = &self.path;
         let found = if_there(fs::symlink_metadata(path)).map_err(refused(path, LOOK))?;
@@ -66,7 +65,7 @@ impl Target {
     }
 }
 
-/// Only "not found" means that something is not there.
+/// Only the error "not found" means that a file is absent.
 pub(super) fn if_there<T>(found: io::Result<T>) -> io::Result<Option<T>> {
     match found {
         Ok(found) => Ok(Some(found)),
@@ -82,13 +81,13 @@ pub(super) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// The file that a path of symbolic links ends at, whether it is there or not:
-/// the same as the operating system finds, or an error.
+/// The file at the end of a chain of symbolic links, whether it exists or not: the same as
+/// the operating system finds, or an error.
 fn follow(path: &Path) -> Result<Target, ImageError> {
-    /// As many as Linux follows.
-    const MOST_LINKS: u32 = 40;
+    /// The limit of Linux.
+    const MAX_LINKS: u32 = 40;
     let mut target = path.to_owned();
-    for _ in 0..=MOST_LINKS {
+    for _ in 0..=MAX_LINKS {
         let found = if_there(fs::symlink_metadata(&target)).map_err(|error| {
             let bare = path.components().as_path();
             if system::names_directory(path) && fs::metadata(bare).is_ok_and(|file| file.is_file())
@@ -120,7 +119,7 @@ fn follow(path: &Path) -> Result<Target, ImageError> {
     Err(refused(path, FOLLOW)(system::too_many_links()))
 }
 
-/// Refuses all but plain files that their permissions allow to be written.
+/// Refuses everything except plain files that their permissions allow to be written.
 fn may_write(path: &Path, found: &Metadata) -> Result<(), ImageError> {
     let path = path.to_owned();
     if found.is_dir() {
@@ -139,8 +138,8 @@ fn may_write(path: &Path, found: &Metadata) -> Result<(), ImageError> {
     }
 }
 
-/// Refuses a file that the operating system would not let be replaced, before
-/// anything is drawn.
+/// Refuses a file that the operating system would not allow to be replaced. This happens
+/// before anything is drawn.
 fn may_replace(path: &Path, found: &Metadata) -> Result<(), ImageError> {
     let folder = folder_of(path);
     let Attributes { mount_root, .. } = system::attributes(path);
@@ -158,24 +157,24 @@ fn may_replace(path: &Path, found: &Metadata) -> Result<(), ImageError> {
     Ok(())
 }
 
-/// Which file a name stands for, be it there or not: two names of one file have
+/// The file that a name refers to, whether it exists or not: two names of one file have
 /// equal places.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place(Standing);
+pub struct Place(Reference);
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Standing {
-    There(system::Identity),
+enum Reference {
+    Existing(system::Identity),
     Absent(system::Identity, OsString),
 }
 
 impl Place {
-    /// The place of what would be made or replaced under this name: where it is a
+    /// The place of the file that would be made or replaced under this name. If it is a
     /// symbolic link, that is its target.
     ///
     /// # Errors
     ///
-    /// If the file system can't be asked.
+    /// If the operating system refuses to look it up.
     pub fn of(path: impl AsRef<Path>) -> Result<Self, ImageError> {
         let path = path.as_ref();
         let target = follow(path)?;
@@ -185,15 +184,15 @@ impl Place {
         let folder = folder_of(&target.path);
         let folder = fs::metadata(folder).map_err(refused(path, "look at its directory"))?;
         let name = target.path.file_name().unwrap_or_default();
-        Ok(Self(Standing::Absent(
+        Ok(Self(Reference::Absent(
             system::identity(&folder),
             name.to_owned(),
         )))
     }
 
-    /// The place of a file that is there.
+    /// The place of an existing file.
     #[must_use]
     pub fn of_file(metadata: &Metadata) -> Self {
-        Self(Standing::There(system::identity(metadata)))
+        Self(Reference::Existing(system::identity(metadata)))
     }
 }

@@ -1,12 +1,11 @@
-//! Families of scenes, each with one knob of difficulty.
+//! Families of scenes, each with one parameter of difficulty.
 //!
-//! Where a method fails is a matter of how far, how huge, how close together;
-//! each family turns one of these up and leaves the rest alone. A scene depends
-//! on nothing but its family, difficulty and seed, so that every figure can be
-//! measured again.
+//! Methods fail for spheres that are very far, very large or very close together. Each family
+//! varies one such parameter and keeps the others. A scene depends only on its family,
+//! difficulty and seed, so that every figure can be measured again.
 //!
-//! Spheres of a scene have colours of their own, none of them the background:
-//! a pixel that shows the wrong sphere has the wrong colour.
+//! Every sphere of a scene has another colour, none of them that of the background, so a pixel
+//! that shows the wrong sphere has the wrong colour.
 
 use super::random::{Random, power_of_two};
 use crate::{
@@ -14,14 +13,14 @@ use crate::{
     spheres::{Rgb, Sphere},
 };
 
-/// Scenes that differ in one knob of difficulty.
+/// Scenes that differ in one parameter of difficulty.
 #[derive(Clone, Copy, Debug)]
 pub struct Family {
-    /// A word for it.
+    /// Its name.
     pub name: &'static str,
-    /// What the knob turns, for the axis of a chart.
-    pub knob: &'static str,
-    /// Where the knob is set to be measured, the easiest first.
+    /// The name of the parameter, for the axis of a chart.
+    pub parameter: &'static str,
+    /// The values of the parameter at which methods are measured, the easiest first.
     pub difficulties: &'static [f64],
     draw: fn(f64, &mut Random) -> (Viewport, Vec<Body>),
 }
@@ -46,10 +45,10 @@ impl Family {
     }
 }
 
-/// Powers of ten, up.
+/// Ascending powers of ten.
 const FROM_TEN_UP: [f64; 7] = [1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7];
 
-/// Powers of ten, down.
+/// Descending powers of ten.
 const FROM_TENTH_DOWN: [f64; 7] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
 
 /// From coordinates near the subnormals to coordinates near the largest float.
@@ -67,140 +66,140 @@ const SCALES: [f64; 14] = {
 pub const FAMILIES: &[Family] = &[
     Family {
         name: "far",
-        knob: "distance / radius",
+        parameter: "distance / radius",
         difficulties: &FROM_TEN_UP,
         draw: far,
     },
     Family {
         name: "huge",
-        knob: "radius / distance of the surface",
+        parameter: "radius / distance of the surface",
         difficulties: FROM_TEN_UP.split_at(6).0,
         draw: huge,
     },
     Family {
         name: "shells",
-        knob: "gap between shells / distance",
+        parameter: "gap between shells / distance",
         difficulties: &FROM_TENTH_DOWN,
         draw: shells,
     },
     Family {
         name: "interpenetrating",
-        knob: "shift of the centre / distance",
+        parameter: "shift of the centre / distance",
         difficulties: &FROM_TENTH_DOWN,
         draw: interpenetrating,
     },
     Family {
         name: "equal",
-        knob: "equal spheres on one place",
+        parameter: "equal spheres on one place",
         difficulties: &[1.0, 2.0, 4.0, 8.0, 16.0],
         draw: equal,
     },
     Family {
         name: "tangent",
-        knob: "distance / radius (D = 0)",
+        parameter: "distance / radius (D = 0)",
         difficulties: FROM_TEN_UP.split_at(6).0,
         draw: tangent,
     },
     Family {
         name: "almost tangent",
-        knob: "gap / radius",
+        parameter: "gap / radius",
         difficulties: &FROM_TENTH_DOWN,
         draw: almost_tangent,
     },
     Family {
         name: "inside",
-        knob: "distance of the wall / radius",
+        parameter: "distance of the wall / radius",
         difficulties: &FROM_TENTH_DOWN,
         draw: inside,
     },
     Family {
         name: "on the surface",
-        knob: "radius",
+        parameter: "radius",
         difficulties: FROM_TEN_UP.split_at(6).0,
         draw: on_the_surface,
     },
     Family {
         name: "concentric",
-        knob: "gap between walls / radius",
+        parameter: "gap between walls / radius",
         difficulties: &FROM_TENTH_DOWN,
         draw: concentric,
     },
     Family {
         name: "beside",
-        knob: "distance of the surface / radius",
+        parameter: "distance of the surface / radius",
         difficulties: &FROM_TENTH_DOWN,
         draw: beside,
     },
     Family {
         name: "scale",
-        knob: "scale of the whole scene",
+        parameter: "scale of the whole scene",
         difficulties: &SCALES,
         draw: scale,
     },
     Family {
         name: "lattice",
-        knob: "spheres",
+        parameter: "spheres",
         difficulties: &[8.0, 64.0, 512.0, 4096.0],
         draw: lattice,
     },
     CLOUD,
     Family {
         name: "frustum",
-        knob: "spheres",
+        parameter: "spheres",
         difficulties: &[10.0, 100.0, 1_000.0],
         draw: frustum,
     },
     Family {
         name: "molecule",
-        knob: "atoms",
+        parameter: "atoms",
         difficulties: &[10.0, 100.0, 1_000.0],
         draw: molecule,
     },
     Family {
         name: "among",
-        knob: "spheres",
+        parameter: "spheres",
         difficulties: &[10.0, 100.0, 1_000.0],
         draw: among,
     },
     Family {
         name: "floor",
-        knob: "radius of the floor / of a sphere on it",
+        parameter: "radius of the floor / of a sphere on it",
         difficulties: FROM_TEN_UP.split_at(6).0,
         draw: floor,
     },
     Family {
         name: "touching the plane",
-        knob: "radius / distance of the surface",
+        parameter: "radius / distance of the surface",
         difficulties: FROM_TEN_UP.split_at(6).0,
         draw: touching_the_plane,
     },
     Family {
         name: "linear in x",
-        knob: "radius / distance of the surface",
+        parameter: "radius / distance of the surface",
         difficulties: FROM_TEN_UP.split_at(5).0,
         draw: linear_in_x,
     },
     Family {
         name: "linear in y",
-        knob: "radius / distance of the surface",
+        parameter: "radius / distance of the surface",
         difficulties: FROM_TEN_UP.split_at(5).0,
         draw: linear_in_y,
     },
     Family {
         name: "wide",
-        knob: "width of the viewport / distance",
+        parameter: "width of the viewport / distance",
         difficulties: FROM_TEN_UP.split_at(5).0,
         draw: wide,
     },
     Family {
         name: "copies",
-        knob: "equal spheres, in runs and apart",
+        parameter: "equal spheres, in runs and apart",
         difficulties: &[1.0, 2.0, 4.0, 8.0, 16.0],
         draw: copies,
     },
     Family {
         name: "near ties",
-        knob: "shift of the centre / distance",
+        parameter: "shift of the centre / distance",
         difficulties: &[1e-8, 1e-12, 1e-16, 1e-20, 1e-24, 1e-28, 1e-32, 1e-36],
         draw: near_ties,
     },
@@ -208,7 +207,7 @@ pub const FAMILIES: &[Family] = &[
 
 const CLOUD: Family = Family {
     name: "cloud",
-    knob: "spheres",
+    parameter: "spheres",
     difficulties: &[10.0, 100.0, 1_000.0, 10_000.0],
     draw: scatter,
 };
@@ -220,11 +219,11 @@ pub fn cloud(count: usize, seed: u64) -> Scene {
     CLOUD.scene(count as f64, seed)
 }
 
-/// No sphere has this colour.
+/// A colour that no sphere has.
 const BACKGROUND: Rgb = [0; 3];
 
-/// A colour of its own for each of the first 2^24 - 1 spheres: multiplying by an
-/// odd number shuffles the numbers modulo 2^24, and leaves 0 to the background.
+/// A different colour for each of the first 2^24 - 1 spheres: multiplying by an odd number
+/// permutes the numbers modulo 2^24, and 0 is left for the background.
 fn colour(index: usize) -> Rgb {
     const ODD: u32 = 0x9e_37_79;
     let [_, red, green, blue] = (index as u32 + 1).wrapping_mul(ODD).to_be_bytes();
@@ -386,7 +385,7 @@ fn touching_rays(
     (viewport(64.0, 48.0, z as f32), bodies)
 }
 
-/// Far walls of spheres that hold the camera, close to their surface.
+/// Far walls of spheres that contain the camera, close to their surface.
 fn inside(gap: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
     let bodies = (0..3).map(|_| {
         let radius = random.between(1.0, 2.0);
@@ -429,13 +428,13 @@ fn concentric(gap: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
         })
         .collect();
     random.shuffle(&mut bodies);
-    // One is off centre, so that there is a seam to see.
+    // One is off centre, so that a seam is visible.
     bodies[0].centre = plus(centre, times(gap, random.direction()));
     (viewport(3.2, 2.4, 1.0), bodies)
 }
 
-/// Surfaces close to the camera of spheres that reach behind its plane, and
-/// spheres wholly behind it.
+/// Spheres whose surface is close to the camera and reaches behind its plane, and spheres
+/// entirely behind it.
 fn beside(gap: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
     let mut bodies: Vec<Body> = (0..5)
         .map(|_| {
@@ -456,7 +455,7 @@ fn beside(gap: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
     (viewport(6.4, 4.8, 1.0), bodies)
 }
 
-/// A cluster near the camera, camera and all times a power of two.
+/// A cluster near the camera, with all lengths of the scene multiplied by a power of two.
 fn scale(factor: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
     let bodies = (0..8).map(|_| Body {
         centre: times(factor, in_view(random)),
@@ -560,8 +559,8 @@ fn molecule(atoms: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
     (viewport(16.0 / 15.0, 0.6, 0.8), bodies)
 }
 
-/// A crowd on all sides of the camera: some before it, some behind, some across its
-/// plane, and of few and large ones some that hold it.
+/// A crowd on all sides of the camera: some in front of it, some behind, some across its
+/// plane, and among few large ones some that contain it.
 fn among(count: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
     let largest = 2.0 / count.cbrt();
     let bodies = (0..count as usize).map(|_| Body {
@@ -571,7 +570,7 @@ fn among(count: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
     (viewport(3.2, 2.4, 1.0), bodies.collect())
 }
 
-/// A floor that is a sphere, and small spheres that stand on it, near and far.
+/// A floor that is a sphere, and small spheres on it, near and far.
 fn floor(radius: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
     let centre = [0.0, -radius - random.between(0.8, 1.5), 0.0];
     let mut bodies = vec![Body { centre, radius }];
@@ -602,14 +601,14 @@ fn touching_the_plane(radius: f64, random: &mut Random) -> (Viewport, Vec<Body>)
     (viewport(6.4, 4.8, 1.0), bodies.collect())
 }
 
-/// How far from the axis a sphere that reaches the camera's plane stands, if its
-/// surface is one unit away: `away^2 + radius^2 = (radius + 1)^2`.
+/// The distance from the axis of a sphere that reaches the plane of the camera, if its surface
+/// is one unit away: `away^2 + radius^2 = (radius + 1)^2`.
 fn aside_of_unit_gap(radius: f64) -> f64 {
     (2.0 * radius + 1.0).sqrt()
 }
 
-/// Spheres across the plane of the camera for which `D` has no term in x², exactly:
-/// where a row meets them it does so once.
+/// Spheres across the plane of the camera for which `D` has exactly no term in x²: a row meets
+/// the outline once.
 fn linear_in_x(radius: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
     (
         viewport(6.4, 4.8, 1.0),
@@ -617,7 +616,7 @@ fn linear_in_x(radius: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
     )
 }
 
-/// As [`linear_in_x`], of y², and so of columns.
+/// Like [`linear_in_x`], for y² and columns.
 fn linear_in_y(radius: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
     (
         viewport(6.4, 4.8, 1.0),
@@ -679,7 +678,7 @@ fn copies(copies: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
     for turn in 0..copies as usize {
         places.extend(originals);
         places.push(one());
-        // In a run: next to its equal of this turn.
+        // Next to its copy.
         let again = originals[turn % originals.len()];
         places.extend([again, again]);
     }
@@ -688,8 +687,8 @@ fn copies(copies: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
     (viewport(1.6, 1.2, 1.0), bodies.collect())
 }
 
-/// Large spheres of one radius whose centres differ by less than the digits of any
-/// float at their distance: on the axis, so that floats can hold the shift.
+/// Large spheres of one radius whose distances differ by less than the last digit of a float:
+/// their centres are near the axis, where floats can represent the shift.
 fn near_ties(shift: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
     const DISTANCE: f64 = 10.0;
     let mut bodies: Vec<Body> = (0..4)

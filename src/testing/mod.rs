@@ -1,7 +1,7 @@
-//! What the tests and benches of this crate need: scenes that grow harder by one knob,
-//! random numbers, and the knobs of the engine and of the reader.
+//! Helpers of the tests and benches of this crate: scenes of increasing difficulty, random
+//! numbers, and settings of the engine and of the reader.
 //!
-//! This is no part of the public interface, and may change with every version.
+//! This module is not part of the public interface and may change with every version.
 
 pub mod families;
 pub mod random;
@@ -16,13 +16,13 @@ pub use crate::{
     scene::windows::Sizes,
 };
 
-/// As [`Renderer::new`], with the engine's knobs in hand.
+/// Like [`Renderer::new`], with settings of the engine.
 #[must_use]
 pub fn tuned(scene: &Scene, size: ImageSize, method: Method, tuning: Tuning) -> Renderer<'_> {
     Renderer::tuned(scene, size, method, tuning)
 }
 
-/// As [`Scene::parse`], with the reader's knobs in hand.
+/// Like [`Scene::parse`], with settings of the reader.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! Random numbers that depend on nothing but their seed.
+//! Random numbers that depend only on their seed.
 
 /// `SplitMix64`: G. Steele, D. Lea, C. Flood, Fast Splittable Pseudorandom Number
 /// Generators, 2014.

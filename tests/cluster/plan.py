@@ -2,7 +2,7 @@
 """How many jobs, and bands of how many rows? A plan for drawing beyond one machine.
 
     plan.py --sfera target/release/sfera          measures this machine, then plans
-    plan.py --start 0.002 --read 0.2e9 ...        plans with figures given
+    plan.py --start 0.002 --read 0.2e9 ...        plans with the given figures
 
 The time of a band, on a core:
 
@@ -113,10 +113,10 @@ def rows_for_overhead(figures, job):
 
 
 class Transfers:
-    """Transfers of one kind that are under way: all run at one rate, at most `most`."""
+    """Transfers of one kind that are under way: all run at one rate, at most `cap`."""
 
-    def __init__(self, most):
-        self.most, self.rate, self.moved, self.ends = most, 0.0, 0.0, []
+    def __init__(self, cap):
+        self.cap, self.rate, self.moved, self.ends = cap, 0.0, 0.0, []
 
     def add(self, size, slot):
         heapq.heappush(self.ends, (self.moved + size, slot))
@@ -128,9 +128,9 @@ class Transfers:
 def share(bandwidth, kinds):
     """Gives each transfer its even share, and what one can't use to the others."""
     left, waiting = bandwidth, sum(len(kind.ends) for kind in kinds)
-    for kind in sorted(kinds, key=lambda kind: kind.most):
+    for kind in sorted(kinds, key=lambda kind: kind.cap):
         if kind.ends:
-            kind.rate = min(kind.most, left / waiting)
+            kind.rate = min(kind.cap, left / waiting)
             left -= kind.rate * len(kind.ends)
             waiting -= len(kind.ends)
 
@@ -175,7 +175,7 @@ def simulate(figures, job, jobs, bands, bandwidth, client):
 
 
 def limit(figures, job, jobs, bands, bandwidth, client, seconds):
-    """What most keeps more jobs from being faster: what helps most when it is free."""
+    """The bottleneck: the cost whose removal helps most."""
     no_launch = Figures(0, 0, figures.read, figures.prepare, figures.pixel)
     no_scene = Figures(figures.launch, figures.start, figures.read, 0, figures.pixel)
     ways = {

@@ -1,4 +1,4 @@
-//! The program, run as a process in a folder of its own.
+//! Runs the program as a process in a folder of its own.
 
 #![allow(dead_code, reason = "each test program uses its part of this")]
 
@@ -14,7 +14,7 @@ use tempfile::TempDir;
 
 pub(crate) const SFERA: &str = env!("CARGO_BIN_EXE_sfera");
 
-/// A ball before a white background, and another one cut by an edge.
+/// A sphere in front of a white background, and another one cut by an edge.
 pub(crate) const BALLS: &str =
     "VP 1 1 1\nBG 255 255 255\nOBJ_N 2\nS 0 0 5 1 200 0 0\nS 2 1 6 1 0 0 90\n";
 
@@ -95,7 +95,7 @@ impl Workshop {
         names
     }
 
-    /// The exact picture of `balls.txt`, by the plain way.
+    /// The exact picture of `balls.txt`, drawn by the library.
     pub(crate) fn balls(&self, width: u32, height: u32) -> Vec<u8> {
         let other = Self::new();
         other
@@ -107,7 +107,7 @@ impl Workshop {
 
 /// A process that has ended.
 pub(crate) struct Ran {
-    /// Negative: the signal that ended it.
+    /// The exit code; if negative, the signal that ended it.
     pub(crate) code: i32,
     pub(crate) stdout: Vec<u8>,
     pub(crate) stderr: String,
@@ -169,7 +169,7 @@ impl From<Output> for Ran {
     }
 }
 
-/// Waits until something is so; panics after a long while.
+/// Waits until a condition holds; panics after a long time.
 #[track_caller]
 pub(crate) fn wait_until(what: &str, mut so: impl FnMut() -> bool) {
     let start = Instant::now();

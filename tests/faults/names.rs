@@ -1,5 +1,5 @@
-//! What a name stands for: links, descriptors, mounts, and what comes under it
-//! while an image is drawn.
+//! Which file a name refers to: links, descriptors, mounts, and files that get the name while
+//! an image is drawn.
 
 use std::{
     fs,
@@ -69,7 +69,7 @@ fn a_file_behind_a_descriptor_is_written_through_it() {
             shop.read("log") == [b"before\n", &right[..]].concat(),
             "{name}"
         );
-        // The file has lost its name, and gets no other one.
+        // The file has lost its name and gets no new one.
         shop.run_shell(&format!(
             "exec > lost 8< lost; rm lost; $SFERA balls.txt {name} 64 48 && cat <&8 > copy"
         ))
@@ -93,9 +93,9 @@ fn a_file_behind_a_descriptor_is_written_through_it() {
     assert_eq!(shop.read("balls.txt"), program::BALLS.as_bytes());
 }
 
-/// As in containers that forbid it.
+/// Some containers forbid copying descriptors.
 #[test]
-fn a_descriptor_that_can_not_be_copied_is_opened_or_told() {
+fn a_descriptor_that_can_not_be_copied_is_opened_or_reported() {
     let shop = Workshop::new();
     let strace =
         "strace -f -o /dev/null -e inject=pidfd_getfd:error=EPERM $SFERA balls.txt /dev/fd/7 64 48";
@@ -111,7 +111,7 @@ fn a_descriptor_that_can_not_be_copied_is_opened_or_told() {
     assert!(shop.read("copy") == shop.balls(64, 48));
 }
 
-/// The library, and files of other processes.
+/// Files of other processes, through the library.
 #[test]
 fn a_link_to_a_file_without_a_name_is_refused() {
     let shop = Workshop::new();
@@ -141,7 +141,7 @@ fn the_image_and_its_difference_are_two_files() {
             ))
             .fails(&[marks, "the other image too", "another name"]);
         }
-        // Once without and once with a file there.
+        // Once without an existing file and once with one.
         let _ = fs::hard_link(shop.path("folder/kept.ppm"), &whole);
         shop.write("image.ppm", OLD);
         let _ = fs::hard_link(&whole, shop.path("folder/hard.ppm"));
@@ -154,7 +154,7 @@ fn the_image_and_its_difference_are_two_files() {
 }
 
 #[test]
-fn a_difference_that_can_not_be_made_is_told_before_anything_is_drawn() {
+fn a_difference_that_can_not_be_made_is_reported_before_anything_is_drawn() {
     let shop = Workshop::new();
     shop.write("image.ppm", OLD);
     fs::create_dir(shop.path("folder")).expect("a folder");
@@ -213,14 +213,14 @@ fn what_has_the_name_is_looked_at_again_before_it_is_replaced() {
     .fails(&["image.ppm", "the scene itself"]);
     assert_eq!(shop.read("balls.txt"), program::BALLS.as_bytes());
 
-    // What has gone is made again, with its permissions.
+    // A removed image is made again, with its permissions.
     let ran = drawn_while(&|| fs::remove_file(&image).expect("removed"));
     assert_eq!(ran.code, 0, "{}", ran.stderr);
     assert_eq!(shop.names(), ["balls.txt", "image.ppm"]);
 }
 
 #[test]
-fn rows_of_a_file_that_goes_away_are_told() {
+fn rows_of_a_file_that_goes_away_are_reported() {
     let shop = Workshop::new();
     let rows = format!("{WHILE} --rows 0..600");
     for replaced in [false, true] {
@@ -235,7 +235,7 @@ fn rows_of_a_file_that_goes_away_are_told() {
 }
 
 #[test]
-fn a_directory_that_only_grows_is_told_before_anything_is_drawn() {
+fn a_directory_that_only_grows_is_reported_before_anything_is_drawn() {
     let Some(disk) = Disk::of_blocks("a directory that only grows", "ext4", 16) else {
         return;
     };
@@ -281,7 +281,7 @@ fn a_directory_that_only_grows_is_told_before_anything_is_drawn() {
 }
 
 #[test]
-fn a_file_that_is_mounted_by_itself_is_told_before_anything_is_drawn() {
+fn a_file_that_is_mounted_by_itself_is_reported_before_anything_is_drawn() {
     if !as_root("a mounted file") {
         return;
     }
@@ -302,7 +302,7 @@ fn a_file_that_is_mounted_by_itself_is_told_before_anything_is_drawn() {
 }
 
 #[test]
-fn a_slash_behind_a_file_is_told() {
+fn a_slash_behind_a_file_is_reported() {
     let shop = Workshop::new();
     shop.write("image.ppm", OLD);
     for options in ["", "--rows 0..4"] {
@@ -313,7 +313,7 @@ fn a_slash_behind_a_file_is_told() {
 }
 
 #[test]
-fn another_users_file_in_a_shared_directory_is_told_before_anything_is_drawn() {
+fn another_users_file_in_a_shared_directory_is_reported_before_anything_is_drawn() {
     if !as_root("another user's file") {
         return;
     }
@@ -338,7 +338,7 @@ fn another_users_file_in_a_shared_directory_is_told_before_anything_is_drawn() {
 fn a_long_name_can_be_replaced() {
     let shop = Workshop::new();
     let mut folder = shop.folder().to_owned();
-    // As long as a name can be, but for a file's own.
+    // As long as a name can be, except for the last component.
     while folder.as_os_str().len() < 4095 - 2 * 10 {
         let left = 4095 - 10 - folder.as_os_str().len();
         folder.push("d".repeat(left.min(200) - 1));

@@ -1,4 +1,4 @@
-//! Who may do what with a replaced image: nobody more than before.
+//! Permissions of a replaced image: nobody may do more than before.
 
 use std::{
     fs,
@@ -8,7 +8,7 @@ use std::{
 use super::{OLD, as_root, set, without_nameless_files};
 use crate::program::{self, Ran, Workshop, wait_until};
 
-/// Whether a tool did what it was asked; says so if it is not there.
+/// Runs a tool. Returns whether it succeeded; prints a line if it is missing.
 fn tool(shop: &Workshop, line: &str) -> bool {
     let ran = Ran::of(&mut shop.shell(line));
     if ran.code != 0 {
@@ -58,12 +58,12 @@ fn a_list_that_the_directory_gives_to_new_files_is_not_the_old_ones() {
     let before = told(&shop, "getfacl -cn image.ppm");
     shop.run("balls.txt image.ppm 64 48").succeeds();
     assert_eq!(told(&shop, "getfacl -cn image.ppm"), before);
-    // A new image is as the directory wants it.
+    // A new image gets the list of the directory.
     shop.run("balls.txt new.ppm 64 48").succeeds();
     assert!(told(&shop, "getfacl -cn new.ppm").contains("user:65534:rw-"));
 }
 
-/// Bob (3002) replaces a file of Alice's (3001); what it is then.
+/// Bob (3002) replaces a file of Alice's (3001). Returns its owner, group and mode.
 fn replaced_by_another(mode_before: u32, groups: &str) -> Option<(u32, u32, u32)> {
     let shop = Workshop::new();
     shop.write("image.ppm", OLD);
@@ -84,19 +84,19 @@ fn replaced_by_another(mode_before: u32, groups: &str) -> Option<(u32, u32, u32)
 }
 
 #[test]
-fn what_can_not_be_handed_on_is_narrowed() {
+fn what_can_not_be_passed_on_is_narrowed() {
     if !as_root("another user's image replaced") {
         return;
     }
     let member = "--groups=4000";
     let stranger = "--clear-groups";
     for (before, groups, after) in [
-        // The group is kept, though the owner can't be.
+        // The group is kept, although the owner can't be.
         (0o660, member, (3002, 4000, 0o660)),
-        // Alice is one of the group now, and may not do more than before.
+        // Alice is now a member of the group only, and may not do more than before.
         (0o460, member, (3002, 4000, 0o440)),
-        // The group can't be kept: it is one of the others now, and Bob's own group
-        // had no more than they.
+        // The group can't be kept: its members are others now, and Bob's own group had
+        // no more rights than the others.
         (0o666, stranger, (3002, 3002, 0o666)),
         (0o626, stranger, (3002, 3002, 0o622)),
         (0o606, stranger, (3002, 3002, 0o600)),
@@ -110,7 +110,7 @@ fn what_can_not_be_handed_on_is_narrowed() {
 }
 
 #[test]
-fn a_list_that_can_not_be_handed_on_whole_is_narrowed() {
+fn a_list_that_can_not_be_passed_on_whole_is_narrowed() {
     if !as_root("another user's list") {
         return;
     }
@@ -134,7 +134,7 @@ fn a_list_that_can_not_be_handed_on_whole_is_narrowed() {
     }
     ran.succeeds();
     let list = told(&shop, "getfacl -cn image.ppm");
-    // Bob's group had what others had, but for those that are of 5000 as well.
+    // Bob's group had the rights of others, except for its members that are also in 5000.
     for entry in [
         "user::rw-",
         "user:3001:r--",
@@ -150,7 +150,7 @@ fn a_list_that_can_not_be_handed_on_whole_is_narrowed() {
 }
 
 #[test]
-fn root_hands_on_the_owner_too() {
+fn root_passes_on_the_owner_too() {
     if !as_root("the owner handed on") {
         return;
     }

@@ -1,4 +1,4 @@
-//! Blocks, inodes, descriptors: what there may be too little of.
+//! Resources that may run out: blocks, inodes, descriptors.
 
 use std::{
     fs,
@@ -9,7 +9,7 @@ use std::{
 use super::{Disk, OLD, assert_unharmed, make_picture_of_holes, without_nameless_files};
 use crate::program::{self, Ran, Workshop};
 
-/// Takes what room there is left.
+/// Fills the disk.
 fn fill(shop: &Workshop) {
     let filler = shop.path("filler");
     let _ = Command::new("dd")
@@ -21,7 +21,7 @@ fn fill(shop: &Workshop) {
 }
 
 #[test]
-fn a_file_with_holes_on_a_full_disk_that_can_not_reserve_is_told() {
+fn a_file_with_holes_on_a_full_disk_that_can_not_reserve_is_reported() {
     let Some(disk) = Disk::of_blocks("holes on a full ext2", "ext2", 8) else {
         return;
     };
@@ -33,7 +33,7 @@ fn a_file_with_holes_on_a_full_disk_that_can_not_reserve_is_told() {
 }
 
 #[test]
-fn a_full_disk_that_can_not_reserve_is_told_of_a_new_image() {
+fn a_full_disk_that_can_not_reserve_is_reported_for_a_new_image() {
     let Some(disk) = Disk::of_blocks("a full ext2", "ext2", 8) else {
         return;
     };
@@ -73,7 +73,7 @@ fn blocks_that_a_snapshot_keeps_are_not_taken_for_room() {
 }
 
 #[test]
-fn a_disk_without_inodes_is_told_so() {
+fn a_disk_without_inodes_is_reported() {
     let Some(disk) = Disk::new("a disk without inodes", "tmpfs", "nr_inodes=6") else {
         return;
     };
@@ -90,7 +90,7 @@ fn a_disk_without_inodes_is_told_so() {
 }
 
 #[test]
-fn descriptors_that_can_not_be_had_are_told() {
+fn missing_descriptors_are_reported() {
     let shop = Workshop::new();
     shop.write("image.ppm", OLD);
     let mut refused = 0;
@@ -118,9 +118,9 @@ fn descriptors_that_can_not_be_had_are_told() {
     assert!(refused > 0);
 }
 
-/// Each system call of a kind is made to fail in turn, by strace.
+/// strace makes each system call of a kind fail in turn.
 #[test]
-fn a_system_call_that_fails_is_told_and_harms_nothing() {
+fn a_system_call_that_fails_is_reported_and_harms_nothing() {
     let shop = Workshop::new();
     std::os::unix::fs::symlink("balls.txt", shop.path("link.ppm")).expect("a link");
     let trace = tempfile::NamedTempFile::new().expect("a file");
@@ -182,9 +182,9 @@ fn assert_harmless(shop: &Workshop, image: &str, ran: &Ran, what: &str) {
     }
 }
 
-/// As on a disk of the network, which may tell when what was written is sent.
+/// As on a network disk, which may refuse data only when it is sent.
 #[test]
-fn a_disk_that_refuses_at_the_end_is_told() {
+fn a_disk_that_refuses_at_the_end_is_reported() {
     let Some(disk) = Disk::new("a disk that refuses at the end", "ramfs", "mode=0755") else {
         return;
     };
@@ -231,7 +231,7 @@ fn the_threads_of_statistics_are_those_that_drew() {
 }
 
 #[test]
-fn answers_that_can_not_be_written_are_told() {
+fn answers_that_can_not_be_written_are_reported() {
     let shop = Workshop::new();
     for line in ["--help", "--version", "--generate man", "--generate bash"] {
         shop.run_shell(&format!("exec $SFERA {line} > /dev/full"))

@@ -1,4 +1,4 @@
-//! What ends the program, and what it leaves behind: nothing.
+//! Signals and limits that end the program, which leaves nothing behind.
 
 use std::{
     fs::{self, OpenOptions},
@@ -14,7 +14,7 @@ use super::{
 };
 use crate::program::{Ran, Workshop, wait_until};
 
-/// Where an unfinished image has a name, once it has it.
+/// Starts a render whose unfinished image has a name, and waits for that name.
 fn begin_named(shop: &Workshop, arguments: &str) -> Option<Child> {
     let mut command = without_nameless_files(shop, arguments)?;
     let child = command
@@ -62,7 +62,7 @@ fn no_signal_but_kill_leaves_a_temporary_file() {
 }
 
 #[test]
-fn a_limit_on_processor_time_is_told() {
+fn a_limit_on_processor_time_is_reported() {
     let shop = Workshop::new();
     shop.write("image.ppm", OLD);
     for limit in ["ulimit -t 2", "ulimit -St 1"] {
@@ -80,7 +80,7 @@ fn a_limit_on_processor_time_is_told() {
 
 #[test]
 fn a_picture_that_is_filled_first_leaves_nothing_when_interrupted() {
-    // Filled with zeros, for want of a way to reserve.
+    // Filled with zeros, because blocks can't be reserved there.
     let Some(disk) = Disk::new("a picture filled first", "ramfs", "mode=0755") else {
         return;
     };
@@ -129,7 +129,7 @@ fn no_memory_leaves_no_temporary_file() {
 }
 
 #[test]
-fn a_lost_page_of_the_difference_is_told_of_the_difference() {
+fn a_lost_page_of_the_difference_is_reported_for_the_difference() {
     let shop = Workshop::new();
     let arguments =
         "balls.txt image.ppm 1500 1500 --method textbook --scalar --threads 1 --diff marks.ppm";
@@ -158,7 +158,7 @@ fn a_lost_page_of_the_difference_is_told_of_the_difference() {
     assert_eq!(shop.names(), ["balls.txt"]);
 }
 
-/// By the system calls made: whether a second thread comes in time is chance.
+/// Checked by the system calls, since it is chance whether a second thread is in time.
 #[test]
 fn a_lost_page_is_our_signal_alone() {
     let shop = Workshop::new();
@@ -227,7 +227,7 @@ fn what_is_ignored_stays_so_without_proc_too() {
     assert_eq!(end(child).code, 143);
 }
 
-/// Nobody reads the pipe, and nobody is to wait for that.
+/// Nobody reads the pipe, and the program must not wait for a reader.
 #[test]
 fn pipes_are_opened_when_there_is_something_to_write() {
     let shop = Workshop::new();
@@ -243,7 +243,7 @@ fn pipes_are_opened_when_there_is_something_to_write() {
 }
 
 #[test]
-fn a_pipe_that_is_waited_for_is_told() {
+fn a_pipe_that_is_waited_for_is_reported() {
     let shop = Workshop::new();
     assert_eq!(shop.run_shell("exec mkfifo pipe").code, 0);
     for (options, word) in [("", "read it"), ("--verify", "write it")] {
@@ -260,7 +260,7 @@ fn a_pipe_that_is_waited_for_is_told() {
 }
 
 #[test]
-fn a_lock_that_is_waited_for_is_told() {
+fn a_lock_that_is_waited_for_is_reported() {
     let shop = Workshop::new();
     for (quiet, told) in [("", true), ("--quiet", false)] {
         let ran = shop.run_shell(&format!(

@@ -1,4 +1,4 @@
-//! What signals that would end the program do to it.
+//! Signals that would end the program: cleaning up, exit codes and messages.
 
 #[cfg(not(unix))]
 mod none;

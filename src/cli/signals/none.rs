@@ -1,5 +1,5 @@
-//! Systems without signals: an interrupt ends the program where it is, and a temporary
-//! file stays behind.
+//! Systems without signals: an interrupt ends the program at once, and a temporary file is
+//! left.
 
 use std::{
     io::{self, Write},
@@ -9,22 +9,22 @@ use std::{
 
 use sfera::ppm::Event;
 
-/// Nothing is done about interrupts.
+/// Interrupts are not handled.
 pub(crate) fn prepare() {}
 
-/// Nobody would remove what was noted.
+/// Does nothing: no handler would remove the file.
 pub(crate) fn watch(_event: Event<'_>) {}
 
-/// As `watch`, in silence.
+/// Like `watch`, without messages.
 pub(crate) fn watch_quietly(_event: Event<'_>) {}
 
 /// Nobody can shorten a file that is mapped here.
 pub(crate) fn draws(_index: usize, _path: &Path) {}
 
-/// There is nothing to hold.
+/// There are no interrupts to ignore.
 pub(crate) fn hold() {}
 
-/// It stays where it is.
+/// The bar is not removed.
 pub(crate) fn bar(_shown: bool) {}
 
 /// Ends the program with a message and an exit code.

@@ -1,4 +1,4 @@
-//! Unix: signals that clean up, limits that are errors, pages that are lost.
+//! Unix: signals that end the program, limits that raise signals, lost pages of a mapped file.
 
 use std::{
     ffi::CString,
@@ -19,15 +19,15 @@ use sfera::{name::shown, ppm::Event};
 
 use crate::cli::tell;
 
-/// Signals that end a program which does nothing about them. `SIGSEGV` is left to
-/// the standard library, which tells of a stack that is too small.
+/// Signals that end a program by default. `SIGSEGV` is left to the standard library, which
+/// reports a stack overflow.
 const ENDINGS: [i32; 16] = [
     SIGHUP, SIGINT, SIGQUIT, SIGILL, SIGTRAP, SIGABRT, SIGBUS, SIGFPE, SIGUSR1, SIGUSR2, SIGALRM,
     SIGTERM, SIGXCPU, SIGVTALRM, SIGPROF, SIGSYS,
 ];
 
-/// Such signals of Linux alone, of which nobody thinks as long as there is nothing to
-/// remove.
+/// More of them, only on Linux. They are rare, so they are handled only while there is a
+/// file to remove.
 #[cfg(target_os = "linux")]
 fn more_endings() -> impl Iterator<Item = i32> {
     [libc::SIGSTKFLT, libc::SIGIO, libc::SIGPWR]
@@ -45,29 +45,29 @@ fn exit_code(signal: i32) -> i32 {
     128 + signal
 }
 
-/// Names to remove; more than one run has.
+/// Names to remove; there is room for more than one run can have.
 static TEMPORARIES: [OnceLock<CString>; 16] = [const { OnceLock::new() }; 16];
 
-/// What to say when the pages of an image are lost, an image each.
+/// The message for each image when its pages are lost.
 static LOST: [OnceLock<String>; 2] = [const { OnceLock::new() }; 2];
 
-/// Which of them is being drawn.
+/// The number of the image that is being drawn.
 static DRAWN: AtomicUsize = AtomicUsize::new(0);
 
-/// An image is about to have its name: an interrupt comes too late.
+/// Whether an image is about to get its name, so that an interrupt comes too late.
 static HELD: AtomicBool = AtomicBool::new(false);
 
-/// A progress bar is on the terminal.
+/// Whether a progress bar is on the terminal.
 static BAR: AtomicBool = AtomicBool::new(false);
 
-/// Some thread is ending the program.
+/// Whether a thread is ending the program.
 static ENDING: AtomicBool = AtomicBool::new(false);
 
-/// Makes signals exit codes and messages. Those that whoever started the program
-/// wants ignored (`nohup`, a shell's background job) stay ignored.
+/// Installs the handlers, which turn signals into exit codes and messages. Signals that the
+/// parent process ignores (`nohup`, a shell's background job) stay ignored.
 pub(crate) fn prepare() {
     ENDINGS.into_iter().for_each(handle_end);
-    // A file past the limit on file sizes: the signal does nothing, the call fails.
+    // For a file beyond the limit on file sizes, the signal is ignored and the call fails.
     handle(SIGXFSZ, libc::SIG_IGN);
 }
 
@@ -75,17 +75,14 @@ fn handle_end(signal: i32) {
     handle(signal, end as extern "C" fn(i32) as libc::sighandler_t);
 }
 
-/// Sets what a signal does, in place of all that was to be done before; nothing
-/// where the system has another use for it.
-#[expect(
-    unsafe_code,
-    reason = "the standard library has no handlers of signals"
-)]
+/// Replaces the handler of a signal. Does nothing if the signal is ignored, or if the system
+/// uses it itself.
+#[expect(unsafe_code, reason = "the standard library has no signal handlers")]
 fn handle(signal: i32, handler: libc::sighandler_t) {
-    // SAFETY: both structures are plain data, for which zeros are valid, and live
-    // through the calls. `handler` is SIG_IGN or `end`, which takes no lock,
-    // allocates nothing, and makes only system calls on memory that was made
-    // before; all signals wait while it runs.
+    // SAFETY: both structures are plain data, for which zeros are valid, and they live
+    // through the calls. `handler` is SIG_IGN or `end`, which takes no lock, allocates
+    // nothing, and makes only system calls on memory that was allocated before. All signals
+    // are blocked while it runs.
     unsafe {
         let mut action: libc::sigaction = std::mem::zeroed();
         let asked = libc::sigaction(signal, std::ptr::null(), &raw mut action);
@@ -100,14 +97,14 @@ fn handle(signal: i32, handler: libc::sighandler_t) {
     }
 }
 
-/// Ends the program by a signal, once its temporary files are removed.
+/// The handler: removes temporary files and ends the program.
 extern "C" fn end(signal: i32) {
     let (message, code) = match signal {
         SIGBUS => {
             let lost = LOST.get(DRAWN.load(Ordering::SeqCst));
             (lost.and_then(OnceLock::get).map_or("", String::as_str), 1)
         }
-        // Whoever aborts has told why.
+        // Code that aborts has printed a message.
         SIGABRT => ("", 1),
         _ if HELD.load(Ordering::SeqCst) => return,
         SIGXCPU => (
@@ -119,15 +116,15 @@ extern "C" fn end(signal: i32) {
     end_with(message.as_bytes(), code)
 }
 
-/// Ends the program with a message and an exit code, from anywhere: a handler of
-/// a signal, or where there is no memory.
+/// Ends the program with a message and an exit code. It may be called anywhere: in a signal
+/// handler, or when an allocation failed.
 #[expect(
     unsafe_code,
-    reason = "the standard library's exit runs code of others"
+    reason = "the standard library's exit runs other code at exit"
 )]
 pub(crate) fn end_with(message: &[u8], code: i32) -> ! {
     while ENDING.swap(true, Ordering::SeqCst) {
-        // Another thread is at it, and ends this one with it.
+        // Another thread is ending the program, and this one with it.
         std::thread::sleep(Duration::from_secs(1));
     }
     for name in TEMPORARIES.iter().filter_map(OnceLock::get) {
@@ -139,11 +136,11 @@ pub(crate) fn end_with(message: &[u8], code: i32) -> ! {
     if !message.is_empty() {
         let _ = rustix::io::write(rustix::stdio::stderr(), message);
     }
-    // SAFETY: it takes a number and does not return.
+    // SAFETY: `_exit` takes a number and does not return.
     unsafe { libc::_exit(code) }
 }
 
-/// Notes what has to be removed, and tells what is waited for.
+/// Records the names to remove, and reports what the program waits for.
 pub(crate) fn watch(event: Event<'_>) {
     match event {
         Event::Temporary(path) => note(path),
@@ -155,7 +152,7 @@ pub(crate) fn watch(event: Event<'_>) {
     }
 }
 
-/// As `watch`, in silence.
+/// Like `watch`, without messages.
 pub(crate) fn watch_quietly(event: Event<'_>) {
     if let Event::Temporary(path) = event {
         note(path);
@@ -166,7 +163,7 @@ fn note(temporary: &Path) {
     static FIRST: Once = Once::new();
     FIRST.call_once(|| {
         more_endings().for_each(handle_end);
-        leave_time_to_clean_up();
+        warn_before_time_is_up();
     });
     if let Ok(name) = CString::new(temporary.as_os_str().as_bytes()) {
         let free = TEMPORARIES.iter().find(|slot| slot.get().is_none());
@@ -176,9 +173,9 @@ fn note(temporary: &Path) {
     }
 }
 
-/// Where the limit on processor time is one that kills, asks for the signal that
-/// can be acted on a second before.
-fn leave_time_to_clean_up() {
+/// If the limit on processor time would kill the program, lowers its soft limit by a second,
+/// so that a signal that can be handled comes first.
+fn warn_before_time_is_up() {
     use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
     let limit = getrlimit(Resource::Cpu);
     if let (Some(current), Some(maximum)) = (limit.current, limit.maximum)
@@ -195,7 +192,7 @@ fn leave_time_to_clean_up() {
     }
 }
 
-/// From now on it is this image that is lost with a page: the first or the second.
+/// Sets the image, the first or the second, that a lost page belongs to from now on.
 pub(crate) fn draws(index: usize, path: &Path) {
     if let Some(lost) = LOST.get(index) {
         lost.get_or_init(|| {
@@ -208,12 +205,12 @@ pub(crate) fn draws(index: usize, path: &Path) {
     DRAWN.store(index, Ordering::SeqCst);
 }
 
-/// From now on an interrupt comes too late: an image is about to have its name.
+/// From now on interrupts are ignored: an image is about to get its name.
 pub(crate) fn hold() {
     HELD.store(true, Ordering::SeqCst);
 }
 
-/// Whether a progress bar is to be removed from the terminal.
+/// Records whether a progress bar must be removed from the terminal.
 pub(crate) fn bar(shown: bool) {
     BAR.store(shown, Ordering::SeqCst);
 }

@@ -10,7 +10,7 @@ use sfera::{camera::ImageSize, ppm::Picture};
 
 use crate::cli::{Failure, STANDARD_INPUT, output, png, system};
 
-/// A picture that gives its rows from the top.
+/// A picture that is read row by row from the top.
 pub(super) enum Found {
     File(Picture<BufReader<File>>),
     Stream(Picture<BufReader<Box<dyn Read>>>),
@@ -18,11 +18,11 @@ pub(super) enum Found {
 }
 
 impl Found {
-    /// Opens a file, a pipe, or standard input for `-`, and goes to `row`.
+    /// Opens a file, a pipe, or standard input for `-`, and skips to `row`.
     pub(super) fn open(path: &Path, size: ImageSize, row: u32) -> Result<Self, Failure> {
         if system::is_pipe(path) {
-            let file = output::opened(path, OpenOptions::new().read(true), "write it")
-                .map_err(|error| output::unread(path, error))?;
+            let file = output::open_waiting(path, OpenOptions::new().read(true), "write it")
+                .map_err(|error| output::read_failed(path, error))?;
             return Self::stream(Box::new(file), path, size, row);
         }
         if path != Path::new("-") {
@@ -41,7 +41,7 @@ impl Found {
         row: u32,
     ) -> Result<Self, Failure> {
         let mut picture = Picture::new(BufReader::new(stream), name, size)?;
-        picture.pass_over(row)?;
+        picture.skip(row)?;
         Ok(Self::Stream(picture))
     }
 
@@ -54,7 +54,7 @@ impl Found {
         Ok(())
     }
 
-    /// That nothing follows the last row.
+    /// Checks that nothing follows the last row.
     pub(super) fn finish(self) -> Result<(), Failure> {
         match self {
             Self::File(picture) => picture.finish()?,
@@ -65,7 +65,7 @@ impl Found {
     }
 }
 
-/// Whether a file, whatever its name, is a PNG. Of a pipe nothing is taken.
+/// Whether a file, whatever its name, is a PNG. Nothing is read from a pipe.
 fn is_png(path: &Path) -> bool {
     let mut begin = [0; png::SIGNATURE.len()];
     fs::metadata(path).is_ok_and(|metadata| metadata.is_file())

@@ -1,9 +1,9 @@
-//! Which well-known mistake would explain a wrong picture?
+//! Which common mistake would explain a wrong picture?
 //!
-//! A mistake is a picture of its own, and the engine can draw it: another pixel
-//! rule is the right one at another size (the rays through the centres of `n`
-//! pixels are every second one of the `2n + 1` that go from edge to edge), and
-//! spheres that are seen behind the camera are spheres reflected in it.
+//! The engine can draw the picture that a mistake produces. Another rule for the rays is
+//! the right rule at another size: the rays through the centres of `n` pixels are every
+//! second one of the `2n + 1` rays from edge to edge. Spheres that are wrongly seen behind
+//! the camera are spheres reflected in the origin.
 
 use std::{
     ops::Range,
@@ -20,7 +20,7 @@ use sfera::{
 
 use super::tally::Sample;
 
-/// What a picture looks like with some mistakes.
+/// A combination of mistakes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Guess {
     pub(super) orientation: Orientation,
@@ -45,7 +45,7 @@ pub(super) enum Orientation {
     Turned,
 }
 
-/// Which part of the viewport pixel `i` of `n` looks through, as a share of it.
+/// Where pixel `i` of `n` looks through the viewport, as a fraction of its side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rule {
     /// `i/(n - 1)`, the right one.
@@ -62,16 +62,16 @@ pub(super) enum Rule {
     HalfAfter,
 }
 
-/// Which of the hits along a ray is seen.
+/// Which hit along a ray is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Depth {
     /// The nearest with t > 0.
     Nearest,
     /// The nearest on either side of the camera.
     EitherSide,
-    /// The first along the whole line, behind the camera or not.
+    /// The one of least t along the whole line, even behind the camera.
     Least,
-    /// The nearest with t > 0, of spheres that the camera is outside of.
+    /// The nearest with t > 0, of the spheres that do not contain the camera.
     Outside,
 }
 
@@ -83,7 +83,7 @@ impl Guess {
         depth: Depth::Nearest,
     };
 
-    /// This guess with one thing changed.
+    /// This guess with one mistake changed.
     fn neighbours(self) -> impl Iterator<Item = Self> {
         use Orientation::{Mirrored, Right, Turned, UpsideDown};
         let orientations =
@@ -122,8 +122,8 @@ impl Guess {
     }
 }
 
-/// A rule as a part of the right rule at another size: pixel `i` is pixel
-/// `step i + first` of `side`, of a viewport `stretch` times as large.
+/// A rule expressed by the right rule at another size: pixel `i` is pixel
+/// `step i + first` of `side` pixels, of a viewport `stretch` times as large.
 #[derive(Clone, Copy, Debug)]
 struct Grid {
     side: u32,
@@ -169,17 +169,17 @@ fn double(pixels: u32) -> Option<u32> {
     pixels.checked_mul(2)?.checked_add(1)
 }
 
-/// A tenth of the wrong pixels may stay unexplained.
-const FITS: u64 = 10;
+/// A guess fits if it leaves at most one of this many wrong pixels unexplained.
+const UNEXPLAINED: u64 = 10;
 
-/// Pixels times spheres for which every line is followed through every sphere.
-const MOST_TESTS: u64 = 200_000_000;
+/// The limit of pixels times spheres for intersecting every line with every sphere.
+const MAX_TESTS: u64 = 200_000_000;
 
-/// After that no more is tried; only scenes made to be hard take so long.
+/// After this time no more guesses are tried; only scenes made to be hard take so long.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// The guess that explains the sample best, if it explains nearly all of it:
-/// found step by step, each time by the change that explains most.
+/// The guess that explains the sample best, if it explains nearly all of it. The search is
+/// greedy: each step makes the one change that explains most.
 pub(super) fn best_fit(scene: &Scene, size: ImageSize, sample: &Sample) -> Option<Fit> {
     let reaches_behind = |sphere: Sphere| sphere.centre()[2] < sphere.radius();
     let trial = Trial {
@@ -206,7 +206,7 @@ pub(super) fn best_fit(scene: &Scene, size: ImageSize, sample: &Sample) -> Optio
         }
     }
     let (guess, wrong) = best;
-    (wrong <= all / FITS && guess != Guess::RIGHT).then_some(Fit {
+    (wrong <= all / UNEXPLAINED && guess != Guess::RIGHT).then_some(Fit {
         guess,
         wrong,
         of: sample.pixels(),
@@ -217,16 +217,16 @@ struct Trial<'a> {
     scene: &'a Scene,
     size: ImageSize,
     sample: &'a Sample,
-    /// Whether some sphere is partly behind the camera, and whether the camera is
-    /// in one: otherwise the guesses about that are the right picture.
+    /// Whether a sphere is partly behind the camera, and whether one contains the camera.
+    /// If not, the guesses about that draw the right picture.
     behind: bool,
     inside: bool,
     start: Instant,
 }
 
 impl Trial<'_> {
-    /// Pixels of the sample that a guess leaves unexplained; nothing if it can't
-    /// be tried.
+    /// The number of pixels of the sample that a guess leaves unexplained; `None` if it
+    /// can't be tried.
     fn wrong(&self, guess: Guess) -> Option<u64> {
         let columns = guess.columns.grid(self.size.width())?;
         let rows = guess.rows.grid(self.size.height())?;
@@ -238,7 +238,7 @@ impl Trial<'_> {
             Depth::Least => {
                 let tests = size.pixels().checked_mul(self.scene.spheres().len() as u64);
                 let share = self.size.pixels() / self.sample.pixels().max(1);
-                self.behind && tests? / share.max(1) <= MOST_TESTS
+                self.behind && tests? / share.max(1) <= MAX_TESTS
             }
         };
         if !possible || self.start.elapsed() > PATIENCE {
@@ -266,13 +266,13 @@ impl Trial<'_> {
                     engine.draw(source, &mut drawn);
                 }
             }
-            wrong += self.unlike(guess.orientation, [columns, rows], found, &drawn);
+            wrong += self.differing(guess.orientation, [columns, rows], found, &drawn);
         }
         Some(wrong)
     }
 
-    /// Pixels of a piece of the sample that are not those drawn on the grids.
-    fn unlike(
+    /// The number of pixels of a piece of the sample that differ from those drawn.
+    fn differing(
         &self,
         orientation: Orientation,
         [columns, rows]: [Grid; 2],
@@ -283,7 +283,7 @@ impl Trial<'_> {
         let (drawn, _) = drawn.as_chunks::<BYTES_PER_PIXEL>();
         let width = self.size.width() as usize;
         let height = found.len() / width;
-        let mut unlike = 0;
+        let mut differing = 0;
         for (index, row) in found.chunks_exact(width).enumerate() {
             let index = if orientation.is_upside_down() {
                 height - 1 - index
@@ -294,17 +294,17 @@ impl Trial<'_> {
             let picture = drawn[begin + columns.first as usize..]
                 .iter()
                 .step_by(columns.step as usize);
-            unlike += if orientation.is_mirrored() {
-                count_unlike(row.iter().rev(), picture)
+            differing += if orientation.is_mirrored() {
+                count_differing(row.iter().rev(), picture)
             } else {
-                count_unlike(row.iter(), picture)
+                count_differing(row.iter(), picture)
             };
         }
-        unlike
+        differing
     }
 }
 
-fn count_unlike<'a>(
+fn count_differing<'a>(
     found: impl Iterator<Item = &'a [u8; BYTES_PER_PIXEL]>,
     drawn: impl Iterator<Item = &'a [u8; BYTES_PER_PIXEL]>,
 ) -> u64 {
@@ -323,7 +323,7 @@ impl Orientation {
         matches!(self, Self::Mirrored | Self::Turned)
     }
 
-    /// The rows of the right picture that some rows would show.
+    /// The rows of the right picture that these rows would show.
     fn rows(self, rows: &Range<u32>, height: u32) -> Range<u32> {
         if self.is_upside_down() {
             height - rows.end..height - rows.start
@@ -333,8 +333,8 @@ impl Orientation {
     }
 }
 
-/// A viewport of another size, and the spheres of which the engine draws what a
-/// program sees that chooses its hits in this way; none if they are no scene.
+/// The scene of which the engine draws what a program shows that chooses hits by `depth`, in
+/// a viewport stretched by these factors; `None` if that is not a valid scene.
 fn altered_scene(scene: &Scene, depth: Depth, [across, upright]: [f64; 2]) -> Option<Scene> {
     let viewport = scene.viewport();
     let viewport = Viewport::new(
@@ -371,7 +371,7 @@ fn is_around_camera(sphere: &Sphere) -> bool {
     squares.iter().sum::<f64>() <= f64::from(sphere.radius()).powi(2)
 }
 
-/// Whole lines instead of rays, in doubles, of which the least t is seen.
+/// Intersects whole lines instead of rays, in doubles: the hit with the least t is seen.
 struct Lines<'a> {
     scene: &'a Scene,
     camera: Camera,
@@ -416,7 +416,7 @@ impl<'a> Lines<'a> {
             let squared = normal.iter().map(|component| component * component);
             let d = radius * radius * a - squared.sum::<f64>();
             let t = (cx * x + cy * y + cz * z - d.sqrt()) / a;
-            // Without a hit t is no number, and not less.
+            // Without a hit t is NaN, and the comparison is false.
             if t < least {
                 (least, first) = (t, Some(index));
             }

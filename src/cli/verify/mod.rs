@@ -61,8 +61,8 @@ use super::{
     statistics::Clock,
 };
 
-/// Draws the rows again, in memory, compares them with those of the picture, and
-/// tells what differs.
+/// Draws the rows in memory, compares them with those of the picture, and reports the
+/// differences.
 pub(crate) fn verify(job: &Job) -> Result<(), Failure> {
     let mut clock = Clock::start();
     let places = Places::of(job)?;
@@ -88,26 +88,27 @@ pub(crate) fn verify(job: &Job) -> Result<(), Failure> {
     })
 }
 
-/// Where the lines of the spheres can be looked up.
+/// The text in which the line numbers of spheres are looked up.
 #[derive(Debug)]
 enum SceneText<'job> {
     File(&'job Path),
     Bytes(Vec<u8>),
 }
 
-/// The whole scene: what should not show in some rows may be what does.
+/// Reads the whole scene: a sphere that should not be visible in the rows may be the one that
+/// the picture shows there.
 fn read_scene(job: &Job) -> Result<(Scene, SceneText<'_>), Failure> {
     let path = &*job.scene;
     let mut bytes = Vec::new();
     let name = if job.scene_is_standard_input() {
         io::stdin()
             .read_to_end(&mut bytes)
-            .map_err(|error| output::unread(STANDARD_INPUT.as_ref(), error))?;
+            .map_err(|error| output::read_failed(STANDARD_INPUT.as_ref(), error))?;
         STANDARD_INPUT.as_ref()
     } else if fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir()) {
         File::open(path)
             .and_then(|mut file| file.read_to_end(&mut bytes))
-            .map_err(|error| output::unread(path, error))?;
+            .map_err(|error| output::read_failed(path, error))?;
         path
     } else {
         return Ok((Scene::read(path)?, SceneText::File(path)));
@@ -117,7 +118,7 @@ fn read_scene(job: &Job) -> Result<(Scene, SceneText<'_>), Failure> {
 }
 
 impl SceneText<'_> {
-    /// The lines of some spheres, as far as they can be told.
+    /// The line numbers of some spheres, as far as they can be found.
     fn lines(&self, spheres: &[usize]) -> Vec<Option<u64>> {
         let lines = match self {
             Self::File(path) => File::open(path)
@@ -148,7 +149,7 @@ fn compare(job: &Job, renderer: &Renderer<'_>) -> Result<Tally, Failure> {
     Ok(tally)
 }
 
-/// As [`compare`], and makes a picture of what differs.
+/// Like [`compare`], and makes an image that marks the differences.
 fn compare_and_mark(
     job: &Job,
     renderer: &Renderer<'_>,
@@ -174,28 +175,28 @@ fn compare_and_mark(
     Ok(tally)
 }
 
-/// What is to be said of the wrong pixels.
+/// What was found out about the wrong pixels.
 #[derive(Debug, Default)]
 struct Judgement {
-    /// Of the first wrong pixels, in their order; nothing where another method than
-    /// the exact one is the measure.
+    /// The verdicts on the first wrong pixels, in their order; empty if the picture is
+    /// compared with another method than the exact one.
     first: Vec<Verdict>,
-    /// The one of those looked at that is farthest from what would excuse it.
+    /// The examined pixel that is farthest from an outline or tie that would explain it.
     worst: Option<(Wrong, Verdict)>,
-    /// How many were looked at for that.
+    /// How many were examined for that.
     looked_at: usize,
-    /// The error of the textbook formula that explains all of those.
+    /// The error of the textbook formula that explains all of these.
     rounding: f64,
     fit: Option<Fit>,
-    /// Spheres that are named, in rising order, and their lines.
+    /// Spheres that are named, in ascending order, and their line numbers.
     lines: Vec<(usize, Option<u64>)>,
 }
 
-/// Wrong pixels times spheres that are looked at: some seconds.
-const MOST_ESTIMATES: usize = 200_000_000;
+/// The limit of wrong pixels times spheres: some seconds of work.
+const MAX_ESTIMATES: usize = 200_000_000;
 
-/// Pixels or a share of the depth within which no other cause than rounding is
-/// looked for.
+/// If every wrong pixel is this near to an outline, in pixels, or to a tie, relative to the
+/// distance, no other cause than rounding is searched for.
 const NEAR: f64 = 1e-2;
 
 impl Judgement {
@@ -206,7 +207,7 @@ impl Judgement {
         let judge = Judge::new(scene, job.size());
         let verdict = |wrong: &Wrong| judge.judge(wrong.pixel, wrong.right, wrong.found);
         let first: Vec<Verdict> = tally.first.iter().map(verdict).collect();
-        let affordable = MOST_ESTIMATES / scene.spheres().len().max(1);
+        let affordable = MAX_ESTIMATES / scene.spheres().len().max(1);
         let looked_at = tally.spread(affordable.max(tally.first.len()));
         let (worst, rounding) = worst(&judge, &looked_at).unzip();
         let is_near = worst.is_some_and(|(_, verdict)| {
@@ -239,8 +240,8 @@ impl Judgement {
     }
 }
 
-/// The wrong pixel that is farthest from an outline or a tie that would excuse it, and
-/// the rounding that would excuse all of them.
+/// The wrong pixel that is farthest from an outline or a tie that would explain it, and the
+/// rounding error that would explain all of them.
 fn worst(judge: &Judge<'_>, wrong: &[Wrong]) -> Option<((Wrong, Verdict), f64)> {
     use rayon::prelude::*;
     let estimates: Vec<Verdict> = wrong
@@ -259,7 +260,7 @@ fn worst(judge: &Judge<'_>, wrong: &[Wrong]) -> Option<((Wrong, Verdict), f64)> 
     Some(((*worst, verdict), rounding))
 }
 
-/// The lines of all spheres that verdicts name.
+/// The line numbers of all spheres that verdicts name.
 fn lines<'a>(
     text: &SceneText<'_>,
     verdicts: impl Iterator<Item = &'a Verdict>,

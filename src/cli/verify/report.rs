@@ -1,4 +1,4 @@
-//! The verdict, as text for people and as JSON for scripts.
+//! The report, as text for people and as JSON for scripts.
 
 use std::{fmt::Write as _, path::Path};
 
@@ -21,8 +21,8 @@ use crate::cli::{
     tell,
 };
 
-/// Relative errors of the squares in `b^2 - 4ac` that rounding makes: 16 roundings
-/// or fewer, of vectors that were normalised before.
+/// Upper bounds of the relative error of the squares in `b^2 - 4ac` that rounding causes:
+/// 16 roundings, of vectors that were normalised before.
 const DOUBLES: f64 = 16.0 * f64::EPSILON;
 const FLOATS: f64 = 16.0 * f32::EPSILON as f64;
 
@@ -43,7 +43,7 @@ pub(super) fn report(findings: &Findings<'_>) -> Result<(), Failure> {
         return if tally.wrong == 0 {
             Ok(())
         } else {
-            Err(Failure::Told)
+            Err(Failure::Reported)
         };
     }
     let marks_there = job.diff.as_deref() == Some(Path::new("-"));
@@ -92,7 +92,7 @@ impl Findings<'_> {
         summary
     }
 
-    /// What it comes to.
+    /// The explanation, if there is one.
     fn conclusion(&self) -> Option<String> {
         if let Some(fit) = &self.judgement.fit {
             return Some(format!("the picture fits if {}", words(fit.guess)));
@@ -191,8 +191,8 @@ impl Findings<'_> {
     fn json(&self) -> String {
         let (job, tally, judgement) = (self.job, self.tally, self.judgement);
         let (size, rows) = (job.size(), job.rows());
-        let (told, all) = tally.rows.told();
-        let told: Vec<String> = told
+        let (shown_ranges, all) = tally.rows.shown();
+        let shown_ranges: Vec<String> = shown_ranges
             .iter()
             .map(|rows| format!("[{},{}]", rows.start, rows.end))
             .collect();
@@ -226,7 +226,7 @@ impl Findings<'_> {
             tally.wrong,
             self.per_million(),
             tally.rows.rows,
-            told.join(","),
+            shown_ranges.join(","),
             first.join(","),
             judgement.looked_at,
             json_number(judgement.rounding),

@@ -1,4 +1,4 @@
-//! Which pixels differ.
+//! Counts the wrong pixels, and keeps some of them.
 
 use std::ops::Range;
 
@@ -16,7 +16,7 @@ pub(super) struct Wrong {
     pub(super) right: Rgb,
 }
 
-/// What is counted and kept while a picture is compared, in bounded memory.
+/// What is counted and kept while a picture is compared; its memory is bounded.
 #[derive(Debug)]
 pub(super) struct Tally {
     size: ImageSize,
@@ -28,7 +28,7 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// Wrong pixels that are shown.
+    /// How many wrong pixels are shown.
     const SHOWN: usize = 10;
 
     pub(super) fn new(size: ImageSize, rows: Range<u32>) -> Self {
@@ -42,7 +42,7 @@ impl Tally {
         }
     }
 
-    /// Compares what was `found` in some rows with what is `right`.
+    /// Compares the pixels `found` in some rows with the `right` ones.
     pub(super) fn compare(&mut self, rows: Range<u32>, found: &[u8], right: &[u8]) {
         let row_bytes = self.size.row_bytes();
         let lines = found
@@ -77,15 +77,15 @@ impl Tally {
         }
     }
 
-    /// At most `most` wrong pixels, evenly from all of them.
-    pub(super) fn spread(&self, most: usize) -> Vec<Wrong> {
+    /// At most `limit` wrong pixels, evenly chosen from all of them.
+    pub(super) fn spread(&self, limit: usize) -> Vec<Wrong> {
         let kept = &self.spread.kept;
-        let step = kept.len().div_ceil(most.max(1)).max(1);
+        let step = kept.len().div_ceil(limit.max(1)).max(1);
         kept.iter().step_by(step).copied().collect()
     }
 }
 
-/// Every `2^n`th of the wrong pixels, so that they are at most so many.
+/// Every `2^n`th wrong pixel, with the least `n` for which there are at most [`LIMIT`](Self::LIMIT).
 #[derive(Debug, Default)]
 struct Spread {
     kept: Vec<Wrong>,
@@ -93,14 +93,14 @@ struct Spread {
 }
 
 impl Spread {
-    const MOST: usize = 1 << 14;
+    const LIMIT: usize = 1 << 14;
 
     fn offer(&mut self, number: u64, wrong: Wrong) {
         self.step = self.step.max(1);
         if !number.is_multiple_of(self.step) {
             return;
         }
-        if self.kept.len() == Self::MOST {
+        if self.kept.len() == Self::LIMIT {
             let mut index = 0;
             self.kept.retain(|_| {
                 index += 1;
@@ -115,15 +115,15 @@ impl Spread {
     }
 }
 
-/// Blocks of rows as they were found, to try explanations on.
+/// Blocks of rows of the picture, on which explanations are tried.
 #[derive(Debug)]
 pub(super) struct Sample {
     /// The first row that is compared.
     start: u32,
     block: u32,
-    /// One block of so many is kept.
+    /// One of this many blocks is kept.
     step: u32,
-    /// Rows and their pixels, those of neighbouring blocks together.
+    /// Rows and their pixels; neighbouring blocks are joined.
     pub(super) pieces: Vec<(Range<u32>, Vec<u8>)>,
 }
 
@@ -133,7 +133,7 @@ impl Sample {
 
     fn new(size: ImageSize, rows: Range<u32>) -> Self {
         let width = u64::from(size.width());
-        // Of a picture with very long rows there is none.
+        // A picture with very long rows has no blocks.
         let block = (Self::PIXELS / width).min(Self::BLOCK.into()) as u32;
         let step = (width * rows.len() as u64).div_ceil(Self::PIXELS);
         Self {
@@ -166,7 +166,7 @@ impl Sample {
     }
 }
 
-/// Rows, in the order they come.
+/// Ranges of rows, in ascending order.
 #[derive(Debug, Default)]
 pub(super) struct Ranges {
     ranges: Vec<Range<u32>>,
@@ -174,28 +174,28 @@ pub(super) struct Ranges {
 }
 
 impl Ranges {
-    /// As many ranges as a message can tell.
-    const TOLD: usize = 50;
+    /// How many ranges a message shows.
+    const SHOWN: usize = 50;
 
     fn push(&mut self, row: u32) {
         self.rows += 1;
         if let Some(last) = self.ranges.last_mut().filter(|last| last.end == row) {
             last.end += 1;
-        } else if self.ranges.len() <= Self::TOLD {
-            // One more than is told is enough to know that there are more.
+        } else if self.ranges.len() <= Self::SHOWN {
+            // One more than is shown, so that it is known whether there are more.
             self.ranges.push(row..row + 1);
         }
     }
 
-    /// Those that are told, and whether they are all.
-    pub(super) fn told(&self) -> (&[Range<u32>], bool) {
-        let told = self.ranges.len().min(Self::TOLD);
-        (&self.ranges[..told], told == self.ranges.len())
+    /// Those that are shown, and whether they are all.
+    pub(super) fn shown(&self) -> (&[Range<u32>], bool) {
+        let shown = self.ranges.len().min(Self::SHOWN);
+        (&self.ranges[..shown], shown == self.ranges.len())
     }
 
     pub(super) fn words(&self) -> String {
-        let (told, all) = self.told();
-        let mut words: Vec<String> = told
+        let (shown, all) = self.shown();
+        let mut words: Vec<String> = shown
             .iter()
             .map(|range| format!("{}..{}", range.start, range.end))
             .collect();
@@ -219,13 +219,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_of_many_wrong_pixels_is_little_and_from_all_of_them() {
+    fn few_wrong_pixels_are_kept_and_they_come_from_all_of_them() {
         for count in [0, 1, 16_384, 16_385, 100_000, 1_000_000] {
             let mut spread = Spread::default();
             (0..count).for_each(|number| spread.offer(number, wrong(number)));
             let kept = &spread.kept;
-            assert!(kept.len() <= Spread::MOST && kept.len() as u64 >= count.min(8192));
-            let step = count.div_ceil(Spread::MOST as u64).next_power_of_two();
+            assert!(kept.len() <= Spread::LIMIT && kept.len() as u64 >= count.min(8192));
+            let step = count.div_ceil(Spread::LIMIT as u64).next_power_of_two();
             for (index, pixel) in kept.iter().enumerate() {
                 assert_eq!(*pixel, wrong(index as u64 * step), "{count}");
             }
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_is_blocks_of_rows_from_all_of_the_picture() {
+    fn a_sample_is_blocks_of_rows_from_the_whole_picture() {
         let size = ImageSize::new(2048, 3000).expect("a size with pixels");
         let mut tally = Tally::new(size, 40..3000);
         let row = vec![0; size.row_bytes()];

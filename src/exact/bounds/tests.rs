@@ -160,8 +160,8 @@ fn rows_in_doubles() {
     // What `k` is wrong by is extra.
     let scale = Traced::rounded("scale", 2);
     let [h, factor] = row_factor(scale, Traced::rounded("c", 7), Traced::rounded("k", 0));
-    let lean = h * Traced::float("Cx");
-    let middle = row_middle(Traced::rounded("middle", 0), lean, [rising, level]);
+    let hx = h * Traced::float("Cx");
+    let middle = row_middle(Traced::rounded("middle", 0), hx, [rising, level]);
     let derived = greatest(&middle, &[]);
     assert_counted("MIDDLE_BOUND", MIDDLE_BOUND, U, derived, 4);
     let derived = greatest(&[factor], &[]);

@@ -189,7 +189,7 @@ fn rows_begin_and_end_at_real_columns() {
             )));
             Ends { ..ends }
         };
-        let ahead = if outline.shape == Shape::Between && outline.front > 0.0 {
+        let ahead = if outline.shape == Shape::Between && outline.m_bound > 0.0 {
             outline.ahead(0)
         } else {
             (0xff, 0xff)

@@ -1,4 +1,4 @@
-//! Extended attributes of files, which Linux has; elsewhere there are none to see.
+//! Extended attributes of files, on Linux; on other systems there are none.
 
 use std::{
     ffi::{CStr, CString},
@@ -22,12 +22,12 @@ mod linux {
 
     use super::{CStr, CString, Errno, File, Path};
 
-    /// As long as an extended attribute, or the list of them, can be.
-    const LONGEST: usize = 1 << 16;
+    /// The greatest length of an extended attribute, and of the list of them.
+    const MAX_LENGTH: usize = 1 << 16;
 
     /// The names of a file's extended attributes.
     pub(in super::super) fn names(path: &Path) -> Result<Vec<CString>, Errno> {
-        let mut names = Vec::with_capacity(LONGEST);
+        let mut names = Vec::with_capacity(MAX_LENGTH);
         match llistxattr(path, spare_capacity(&mut names)) {
             Ok(_) => {}
             Err(Errno::OPNOTSUPP | Errno::NOSYS) => return Ok(Vec::new()),
@@ -41,7 +41,7 @@ mod linux {
 
     /// The value of an extended attribute, if the file has it.
     pub(in super::super) fn get(path: &Path, name: &CStr) -> Result<Option<Vec<u8>>, Errno> {
-        let mut value = Vec::with_capacity(LONGEST);
+        let mut value = Vec::with_capacity(MAX_LENGTH);
         match lgetxattr(path, name, spare_capacity(&mut value)) {
             Ok(_) => Ok(Some(value)),
             Err(Errno::NODATA | Errno::OPNOTSUPP) => Ok(None),

@@ -1,4 +1,4 @@
-//! Linux: files without a name, attributes of inodes, file systems by their numbers.
+//! Linux: files without a name, attributes of inodes, kinds of file systems.
 
 use std::{
     fs::File,
@@ -14,8 +14,8 @@ use rustix::{
 
 use super::{Attributes, unix::mode_of_new};
 
-/// A file without a name, on the file system of `folder`; none where there are
-/// no such files, or no way to name one later.
+/// A file without a name, on the file system of `folder`; `None` where there are no such
+/// files, or no way to name one later.
 pub(in crate::ppm) fn unnamed_file(folder: &Path, private: bool) -> Option<File> {
     let file = rustix::fs::open(
         folder,
@@ -32,7 +32,7 @@ fn descriptor_path(file: &File) -> String {
     format!("/proc/self/fd/{}", file.as_raw_fd())
 }
 
-/// Gives a file without a name its first.
+/// Gives a name to a file that has none.
 pub(in crate::ppm) fn link(file: &File, name: &Path) -> io::Result<()> {
     rustix::fs::linkat(
         CWD,
@@ -44,7 +44,7 @@ pub(in crate::ppm) fn link(file: &File, name: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// The directory, open, and a short name for it that lasts as long.
+/// The opened directory, and a short name for it that is valid while it is open.
 pub(in crate::ppm) fn short_name(folder: &Path) -> Option<(File, PathBuf)> {
     let flags = OFlags::PATH | OFlags::DIRECTORY | OFlags::CLOEXEC;
     let open = rustix::fs::open(folder, flags, Mode::empty()).ok()?;
@@ -53,7 +53,7 @@ pub(in crate::ppm) fn short_name(folder: &Path) -> Option<(File, PathBuf)> {
     short.exists().then_some((open, short))
 }
 
-/// None where they can't be asked: the system refuses later what they forbid.
+/// No attributes where they can't be read: the system refuses later what they forbid.
 pub(in crate::ppm) fn attributes(path: &Path) -> Attributes {
     let flags = AtFlags::SYMLINK_NOFOLLOW;
     let Ok(found) = rustix::fs::statx(CWD, path, flags, StatxFlags::empty()) else {
@@ -67,12 +67,12 @@ pub(in crate::ppm) fn attributes(path: &Path) -> Attributes {
     }
 }
 
-/// Reserves the bytes of a file. Whether nothing but the blocks that it has then is
-/// needed to store into it.
+/// Reserves the bytes of a file. Returns whether a store into it will need no other
+/// blocks than these.
 pub(super) fn allocate(file: &File, bytes: u64) -> Result<bool, Errno> {
     let (keeps_blocks, flags) = match file_system(file) {
         EXT | TMPFS | F2FS => (true, FallocateFlags::empty()),
-        // Blocks that it shares with a copy would be made anew.
+        // A store into a block that it shares with a copy would need a new block.
         XFS => (true, FallocateFlags::UNSHARE_RANGE),
         _ => (false, FallocateFlags::empty()),
     };
@@ -80,8 +80,8 @@ pub(super) fn allocate(file: &File, bytes: u64) -> Result<bool, Errno> {
     Ok(keeps_blocks)
 }
 
-/// Waits until what was written is where it can't be refused any more. Local file
-/// systems refuse when it is written; those of a network may do so when it is sent.
+/// Waits until the file system can no longer refuse what was written. A local one refuses
+/// at the time of writing; one on a network may refuse when the bytes are sent.
 pub(in crate::ppm) fn settle(file: &File) -> io::Result<()> {
     const LOCAL: [u32; 10] = [
         EXT,
@@ -109,7 +109,7 @@ const TMPFS: u32 = 0x0102_1994;
 const F2FS: u32 = 0xf2f5_2010;
 const XFS: u32 = 0x5846_5342;
 
-/// The kind of file system that a file is on; 0 if it can't be asked.
+/// The kind of file system that a file is on; 0 if that is unknown.
 fn file_system(file: &File) -> u32 {
     rustix::fs::fstatfs(file).map_or(0, |system| system.f_type as u32)
 }

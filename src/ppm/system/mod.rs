@@ -1,5 +1,5 @@
-//! What the operating system is asked for, beside what `std` can ask. Nothing
-//! else in this folder is of one kind of system.
+//! What the modules of `ppm` need of the operating system and `std` does not offer. Only
+//! the modules of this folder depend on the kind of system.
 
 #[cfg(unix)]
 mod extended;
@@ -38,19 +38,19 @@ pub(super) use kind::{
     only_owner_replaces, read_at, reserve, too_many_links, write_at,
 };
 
-/// What an inode is beside its permissions.
+/// Properties of an inode other than its permissions.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Attributes {
     /// `chattr +i`
     pub(super) immutable: bool,
     /// `chattr +a`
     pub(super) append_only: bool,
-    /// Something is mounted there.
+    /// Whether it is a mount point.
     pub(super) mount_root: bool,
 }
 
 impl Attributes {
-    /// The one that keeps even root from changing it, as `chattr` calls it.
+    /// The attribute that keeps even root from changing the file, as `chattr` calls it.
     pub(super) fn lock(self) -> Option<char> {
         match self {
             Self {
@@ -64,7 +64,7 @@ impl Attributes {
     }
 }
 
-/// Whether a name ends as only that of a directory can.
+/// Whether a name ends with a separator, as only that of a directory may.
 pub(super) fn names_directory(path: &Path) -> bool {
     let last = path.as_os_str().as_encoded_bytes().last();
     last.is_some_and(|&byte| path::is_separator(char::from(byte)))
@@ -82,7 +82,7 @@ pub(super) fn write_zeros(mut file: &File, bytes: u64) -> io::Result<()> {
     Ok(())
 }
 
-/// The words of the operating system, without the number of the error.
+/// The message of the operating system, without the number of the error.
 pub(super) fn reason(error: &io::Error) -> String {
     let text = error.to_string();
     match text.split_once(" (os error") {

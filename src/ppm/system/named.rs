@@ -1,5 +1,5 @@
-//! Systems where an unfinished file needs a name. (Some have others, but no way to give
-//! them a name later.)
+//! Systems where an unfinished file needs a name. (Some have files without one, but no way
+//! to give them a name later.)
 
 use std::{
     fs::File,
@@ -9,27 +9,27 @@ use std::{
 
 use super::Attributes;
 
-/// No file without a name.
+/// There are no files without a name.
 pub(in crate::ppm) fn unnamed_file(_folder: &Path, _private: bool) -> Option<File> {
     None
 }
 
-/// There is no such file to be given a name.
+/// Never called with a file, since none is without a name.
 pub(in crate::ppm) fn link(_file: &File, _name: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-/// Names are as long as they are.
+/// There are no short names.
 pub(in crate::ppm) fn short_name(_folder: &Path) -> Option<(File, PathBuf)> {
     None
 }
 
-/// They are not asked: the system refuses later what they forbid.
+/// Not read: the system refuses later what they forbid.
 pub(in crate::ppm) fn attributes(_path: &Path) -> Attributes {
     Attributes::default()
 }
 
-/// What was written is not waited for.
+/// Does not wait.
 pub(in crate::ppm) fn settle(_file: &File) -> io::Result<()> {
     Ok(())
 }

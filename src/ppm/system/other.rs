@@ -1,4 +1,4 @@
-//! Systems that are no Unix: Windows, and those that have files and no more.
+//! Systems other than Unix: Windows, and those that `std` gives no more than files.
 
 use std::{
     fs::{self, File, OpenOptions},
@@ -9,7 +9,7 @@ use std::{
 
 use crate::ppm::ImageError;
 
-/// Makes a file that was not there.
+/// Makes a file that does not exist yet.
 pub(in crate::ppm) fn new_file(path: &Path, _private: bool) -> io::Result<File> {
     OpenOptions::new()
         .read(true)
@@ -18,7 +18,7 @@ pub(in crate::ppm) fn new_file(path: &Path, _private: bool) -> io::Result<File> 
         .open(path)
 }
 
-/// Fills `buffer` from the bytes of a file at `offset`.
+/// Fills `buffer` with the bytes of a file at `offset`.
 pub(in crate::ppm) fn read_at(mut file: &File, buffer: &mut [u8], offset: u64) -> io::Result<()> {
     file.seek(SeekFrom::Start(offset))?;
     file.read_exact(buffer)
@@ -40,7 +40,7 @@ pub(in crate::ppm) fn too_many_links() -> io::Error {
     io::Error::other("the symbolic links run in a circle")
 }
 
-/// There is nothing to hand on: a file that is protected is not replaced.
+/// There is nothing to pass on: a protected file is not replaced.
 #[derive(Debug)]
 pub(in crate::ppm) struct Permissions;
 
@@ -49,7 +49,7 @@ impl Permissions {
         Ok(Self)
     }
 
-    pub(in crate::ppm) fn hand_on(&self, _file: &File) -> io::Result<()> {
+    pub(in crate::ppm) fn pass_on(&self, _file: &File) -> io::Result<()> {
         Ok(())
     }
 }
@@ -64,13 +64,13 @@ pub(in crate::ppm) fn lacks_inodes(_folder: &Path, _error: &io::Error) -> bool {
     false
 }
 
-/// There are no such directories.
+/// There are no directories of this kind.
 pub(in crate::ppm) fn only_owner_replaces(_folder: &fs::Metadata, _file: &fs::Metadata) -> bool {
     false
 }
 
-/// What tells a file from others: the times of its making and changing, which are told
-/// to a ten-millionth of a second, and its length. `std` knows no number of a file.
+/// What identifies a file: the times of its creation and last change, which have a
+/// resolution of 10^-7 seconds, and its length. `std` knows no number of a file.
 pub(in crate::ppm) type Identity = (Option<SystemTime>, Option<SystemTime>, u64);
 
 pub(in crate::ppm) fn identity(metadata: &fs::Metadata) -> Identity {
@@ -81,13 +81,13 @@ pub(in crate::ppm) fn identity(metadata: &fs::Metadata) -> Identity {
     )
 }
 
-/// Whether two files are one, of which one may be written just now.
+/// Whether two files are one, although one of them may just be written to.
 pub(in crate::ppm) fn is_same(one: &fs::Metadata, other: &fs::Metadata) -> bool {
     (one.created().ok(), one.len()) == (other.created().ok(), other.len())
 }
 
-/// Reserves every block of a new file, as Windows does for the length of a file. Whether
-/// it may be mapped then.
+/// Reserves every block of a new file, as Windows does when its length is set. Returns
+/// whether it may then be mapped.
 pub(in crate::ppm) fn reserve(file: &File, bytes: u64) -> io::Result<bool> {
     if cfg!(windows) {
         file.set_len(bytes)?;
@@ -95,7 +95,7 @@ pub(in crate::ppm) fn reserve(file: &File, bytes: u64) -> io::Result<bool> {
     Ok(cfg!(windows))
 }
 
-/// There is nothing to add to what every system knows.
+/// No advice beyond that for every system.
 pub(super) fn remedy(_error: &io::Error) -> &'static str {
     ""
 }

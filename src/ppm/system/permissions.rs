@@ -1,8 +1,8 @@
-//! What a replaced file hands on: owner, permissions, access control list and
-//! other extended attributes.
+//! What a replaced file passes on: owner, permissions, access control list and other
+//! extended attributes.
 //!
-//! Nobody may gain a right by the replacing. What can be kept is kept; what can't
-//! is narrowed to what everybody had whom it now concerns.
+//! Nobody may gain a right by the replacement. What can be kept is kept. A right that
+//! can't be kept is narrowed to what everybody to whom it now applies had before.
 
 use std::{
     ffi::{CStr, CString},
@@ -17,13 +17,13 @@ use rustix::io::Errno;
 use super::extended;
 use crate::ppm::errors::{ImageError, refused};
 
-/// The extended attribute that is the access control list.
+/// The extended attribute that holds the access control list.
 const LIST: &CStr = c"system.posix_acl_access";
 
-/// Extended attributes that are about the bytes of the file and not for another's.
+/// Extended attributes that describe the bytes of the old file, so they are not passed on.
 const ABOUT_BYTES: [&[u8]; 3] = [b"security.capability", b"security.ima", b"security.evm"];
 
-/// What there is to hand on of a file.
+/// What a file passes on.
 #[derive(Debug)]
 pub(in crate::ppm) struct Permissions {
     user: u32,
@@ -50,7 +50,7 @@ impl Permissions {
             .into_iter()
             .filter(|name| !name.to_bytes().starts_with(b"system.posix_acl_"))
             .filter(|name| !ABOUT_BYTES.contains(&name.to_bytes()))
-            // What may not be read can't be kept; it gives no right.
+            // An attribute that may not be read can't be kept; it gives no right.
             .filter_map(|name| Some((extended::get(path, &name).ok()??, name)))
             .map(|(value, name)| (name, value))
             .collect();
@@ -62,14 +62,14 @@ impl Permissions {
         })
     }
 
-    /// Makes `file`, which is to replace the other one, like it.
-    pub(in crate::ppm) fn hand_on(&self, file: &File) -> io::Result<()> {
-        // Nobody else may do anything until all is as it should be. A list that the
-        // directory gave to the new file was not the old file's.
+    /// Gives all of it to `file`, which is to replace the other one.
+    pub(in crate::ppm) fn pass_on(&self, file: &File) -> io::Result<()> {
+        // Nobody else may do anything until everything is set. A list that the directory
+        // gave to the new file was not the old file's.
         set_mode(file, 0o600)?;
         extended::remove(file, LIST)?;
         let mut rights = self.rights.clone();
-        let (user, group) = self.hand_on_owner(file)?;
+        let (user, group) = self.pass_on_owner(file)?;
         if user != self.user {
             rights.narrow_for_former_owner(self.user);
         }
@@ -78,7 +78,7 @@ impl Permissions {
         }
         for (name, value) in &self.attributes {
             let kept = extended::set(file, name, value);
-            // Such a list of another kind is one of rights.
+            // Another access control list, of a kind that is not understood here.
             if kept.is_err() && name.to_bytes().starts_with(b"system.") {
                 rights = Rights::of_mode(rights.mode() & 0o700);
             }
@@ -92,9 +92,9 @@ impl Permissions {
         set_mode(file, rights.mode())
     }
 
-    /// Gives the file the owner and the group, or only the group, if that is
-    /// allowed; what it has then.
-    fn hand_on_owner(&self, file: &File) -> io::Result<(u32, u32)> {
+    /// Gives the file the owner and the group, or only the group, if that is allowed.
+    /// Returns those that it has then.
+    fn pass_on_owner(&self, file: &File) -> io::Result<(u32, u32)> {
         let now = file.metadata()?;
         if (now.uid(), now.gid()) == (self.user, self.group) {
             return Ok((self.user, self.group));
@@ -120,11 +120,11 @@ struct Rights {
     owner: u16,
     group: u16,
     other: u16,
-    /// What entries of the list and the group can have at most.
+    /// The upper limit for the group and the entries of the list.
     mask: u16,
     users: Vec<Named>,
     groups: Vec<Named>,
-    /// More than the bits of a mode.
+    /// Whether there is an access control list, not only a mode.
     is_list: bool,
 }
 
@@ -145,10 +145,10 @@ mod tag {
     pub(super) const OTHER: u16 = 32;
 }
 
-/// The version of the format, which begins the bytes of a list.
+/// The version of the format, the first number of a list.
 const VERSION: u32 = 2;
 
-/// The `id` of entries that name nobody.
+/// The `id` of entries that name no user or group.
 const NOBODY: u32 = u32::MAX;
 
 const ALL: u16 = 7;
@@ -167,7 +167,7 @@ impl Rights {
         }
     }
 
-    /// Reads the bytes of a list; nothing if they are none.
+    /// Reads the bytes of a list; `None` if they are not one.
     fn parse(bytes: &[u8]) -> Option<Self> {
         let (version, entries) = bytes.split_first_chunk()?;
         let (entries, rest) = entries.as_chunks::<8>();
@@ -219,12 +219,12 @@ impl Rights {
         u32::from(self.owner << 6 | (self.group & self.mask) << 3 | self.other)
     }
 
-    /// What every entry that names somebody allows.
+    /// What all named entries allow.
     fn all_named(named: &[Named], mask: u16) -> u16 {
         named.iter().fold(ALL, |all, named| all & named.may & mask)
     }
 
-    /// The owner could not be kept: whoever it was is now one of the others.
+    /// The owner could not be kept: the former owner is now one of the others.
     fn narrow_for_former_owner(&mut self, former: u32) {
         let had = self.owner;
         self.group &= had;
@@ -237,15 +237,15 @@ impl Rights {
         }
     }
 
-    /// The group could not be kept: its members are now others, and members of
-    /// another group, who were others or of groups in the list, are its.
+    /// The group could not be kept: its former members are now others. Members of the new
+    /// group were others, or in groups of the list.
     fn narrow_for_former_group(&mut self) {
         let had = self.group & self.mask;
         self.group = had & self.other & Self::all_named(&self.groups, self.mask);
         self.other &= had;
     }
 
-    /// The list could not be kept: whom it names is now of the group or another.
+    /// The list could not be kept: those it names are now in the group or others.
     fn narrow_to_mode(&mut self) {
         let named =
             Self::all_named(&self.users, self.mask) & Self::all_named(&self.groups, self.mask);

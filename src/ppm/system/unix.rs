@@ -12,7 +12,7 @@ use rustix::{
     io::Errno,
 };
 
-/// Makes a file that was not there.
+/// Makes a file that does not exist yet.
 pub(in crate::ppm) fn new_file(path: &Path, private: bool) -> io::Result<File> {
     OpenOptions::new()
         .read(true)
@@ -22,12 +22,12 @@ pub(in crate::ppm) fn new_file(path: &Path, private: bool) -> io::Result<File> {
         .open(path)
 }
 
-/// What the umask is taken from, or what only the owner may do.
+/// The mode before the umask; of a private file, only what its owner may do.
 pub(super) fn mode_of_new(private: bool) -> u32 {
     if private { 0o600 } else { 0o666 }
 }
 
-/// Lets its owner write a file, whatever the umask.
+/// Lets the owner write a file, whatever the umask.
 pub(in crate::ppm) fn make_writable(file: &File) -> io::Result<()> {
     let mode = file.metadata()?.permissions().mode();
     if mode & 0o200 == 0 {
@@ -36,14 +36,14 @@ pub(in crate::ppm) fn make_writable(file: &File) -> io::Result<()> {
     Ok(())
 }
 
-/// Whether a file could not be made for want of an inode, and not of space.
+/// Whether a file could not be made for lack of an inode, not of space.
 pub(in crate::ppm) fn lacks_inodes(folder: &Path, error: &io::Error) -> bool {
     Errno::from_io_error(error) == Some(Errno::NOSPC)
         && rustix::fs::statvfs(folder)
             .is_ok_and(|system| system.f_files > 0 && system.f_favail == 0)
 }
 
-/// What tells a file from every other: its device and inode.
+/// What identifies a file: its device and inode.
 pub(in crate::ppm) type Identity = (u64, u64);
 
 pub(in crate::ppm) fn identity(metadata: &fs::Metadata) -> Identity {
@@ -55,14 +55,14 @@ pub(in crate::ppm) fn is_same(one: &fs::Metadata, other: &fs::Metadata) -> bool 
     identity(one) == identity(other)
 }
 
-/// Whether a file may be replaced by its owner, the directory's and root alone,
-/// and this process is of neither.
+/// Whether only its owner, the owner of the directory and root may replace a file, and
+/// this process runs as none of them.
 pub(in crate::ppm) fn only_owner_replaces(folder: &fs::Metadata, file: &fs::Metadata) -> bool {
     let user = rustix::process::geteuid().as_raw();
     folder.mode() & 0o1000 != 0 && user != 0 && user != file.uid() && user != folder.uid()
 }
 
-/// Fills `buffer` from the bytes of a file at `offset`.
+/// Fills `buffer` with the bytes of a file at `offset`.
 pub(in crate::ppm) fn read_at(file: &File, buffer: &mut [u8], offset: u64) -> io::Result<()> {
     file.read_exact_at(buffer, offset)
 }
@@ -72,29 +72,28 @@ pub(in crate::ppm) fn write_at(file: &File, bytes: &[u8], offset: u64) -> io::Re
     file.write_all_at(bytes, offset)
 }
 
-/// Whether a file may be written, asking its permissions and not only the
-/// system: that keeps root, who may do everything, from replacing a file that
-/// is protected on purpose.
+/// Whether a file may be written, by its permissions and not only by the system's answer:
+/// so root, who may do everything, does not replace a file that is protected on purpose.
 pub(in crate::ppm) fn may_write(path: &Path, metadata: &fs::Metadata) -> io::Result<bool> {
-    let anybody_may = metadata.permissions().mode() & 0o222 != 0;
+    let is_writable = metadata.permissions().mode() & 0o222 != 0;
     match rustix::fs::accessat(CWD, path, Access::WRITE_OK, AtFlags::EACCESS) {
-        Ok(()) => Ok(anybody_may),
+        Ok(()) => Ok(is_writable),
         Err(Errno::ACCESS | Errno::PERM) => Ok(false),
         Err(error) => Err(error.into()),
     }
 }
 
-/// The error of links that run in a circle.
+/// The error for symbolic links that run in a circle.
 pub(in crate::ppm) fn too_many_links() -> io::Error {
     Errno::LOOP.into()
 }
 
-/// Reserves every block of a file. Whether that was possible and nothing but
-/// these blocks is needed to store into the file: only then may it be mapped,
-/// since a store that finds no room is a signal.
+/// Reserves every block of a file. Returns whether that was possible and a store into the
+/// file will need no other blocks. Only then may it be mapped, since a store that finds no
+/// room raises a signal.
 pub(in crate::ppm) fn reserve(file: &File, bytes: u64) -> io::Result<bool> {
     match retried(|| allocate(file, bytes)) {
-        Err(error) if can_not_be_asked(error) => Ok(false),
+        Err(error) if is_unsupported(error) => Ok(false),
         reserved => Ok(reserved?),
     }
 }
@@ -102,7 +101,7 @@ pub(in crate::ppm) fn reserve(file: &File, bytes: u64) -> io::Result<bool> {
 #[cfg(target_os = "linux")]
 use super::linux::allocate;
 
-/// What is known of the file systems of others does not suffice to map.
+/// It is not known whether a store into a file of these systems may need other blocks.
 #[cfg(any(target_os = "android", target_os = "freebsd", target_vendor = "apple"))]
 fn allocate(file: &File, bytes: u64) -> Result<bool, Errno> {
     rustix::fs::fallocate(file, rustix::fs::FallocateFlags::empty(), 0, bytes)?;
@@ -119,12 +118,12 @@ fn allocate(_file: &File, _bytes: u64) -> Result<bool, Errno> {
     Err(Errno::NOSYS)
 }
 
-/// Whether a file system has no way to reserve blocks; some call the question invalid.
-fn can_not_be_asked(error: Errno) -> bool {
+/// Whether a file system has no way to reserve blocks; some call the request invalid.
+fn is_unsupported(error: Errno) -> bool {
     error == Errno::OPNOTSUPP || error == Errno::NOSYS || error == Errno::INVAL
 }
 
-/// Again, as long as a signal comes between.
+/// Repeats a call while signals interrupt it.
 fn retried<T>(mut call: impl FnMut() -> Result<T, Errno>) -> Result<T, Errno> {
     loop {
         match call() {
@@ -134,7 +133,7 @@ fn retried<T>(mut call: impl FnMut() -> Result<T, Errno>) -> Result<T, Errno> {
     }
 }
 
-/// What a user can do about an error that only Unix knows.
+/// What a user can do about an error that only Unix has.
 pub(super) fn remedy(error: &io::Error) -> &'static str {
     match Errno::from_io_error(error) {
         Some(Errno::FBIG) => {

@@ -1,8 +1,8 @@
-//! Any bytes at all as a scene.
+//! Reads any bytes as a scene.
 //!
 //! - Nothing panics, and a message is short, printable, and about a place in the text.
 //! - A scene, written as text and read again, is the same scene.
-//! - Windows and chunks of any size find the same as the parser, word by word:
+//! - Windows and chunks of any size give the same as the word-by-word parser:
 //!   the same scene, or the same message.
 
 #![no_main]
@@ -13,12 +13,12 @@ use sfera::{
     testing::{Sizes, parse_in_windows},
 };
 
-/// Bytes that no message passes: an excerpt and two quotations, every byte an escape.
+/// The greatest length of a message: an excerpt and two quotations, every byte an escape.
 const LONGEST_MESSAGE: usize = 2000;
 
 fuzz_target!(
     init: {
-        // All of it on this thread: what is found can be found again.
+        // On this thread only, so that results are reproducible.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1);
         pool.use_current_thread().build_global().expect("a thread pool");
     },
@@ -39,7 +39,7 @@ fuzz_target!(
     }
 );
 
-/// Sizes that follow from the text, so that a text is all there is to keep.
+/// Sizes computed from the text, so that the text alone reproduces a case.
 fn sizes(text: &[u8]) -> Sizes {
     let mut state = text.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, &byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
@@ -75,7 +75,7 @@ fn check_message(text: &[u8], error: &SceneError) {
     );
 }
 
-/// What can be told of a text, floats by their bits.
+/// The scene as bits, or the message.
 fn outcome(parsed: &Result<Scene, SceneError>) -> Result<Vec<u32>, String> {
     match parsed {
         Ok(scene) => Ok(bits(scene)),
@@ -94,7 +94,7 @@ fn bits(scene: &Scene) -> Vec<u32> {
         bits.extend(sphere.centre().map(f32::to_bits));
         bits.extend([sphere.radius().to_bits(), colour(sphere.colour())]);
     }
-    // The padding as well: every lane that a packet may load.
+    // With the padding: every lane that a packet may load.
     let padded = [scene.spheres().x(), scene.spheres().radius()];
     bits.extend(padded.concat().into_iter().map(f32::to_bits));
     bits

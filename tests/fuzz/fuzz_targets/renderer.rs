@@ -1,9 +1,9 @@
-//! Any floats at all as a scene, at any small size.
+//! Draws scenes of any floats at any small size.
 //!
 //! - Nothing panics, and every pixel is counted once.
 //! - Packets draw the bytes that one pixel at a time draws.
-//! - The engine draws what the reference sees, in as many pixels as there is time
-//!   for, and the same bytes with tiles of every side and rows cut anywhere.
+//! - The engine draws what the reference sees, in as many pixels as time allows, and the same
+//!   bytes with tiles of every size and rows cut anywhere.
 
 #![no_main]
 
@@ -17,18 +17,18 @@ use sfera::{
     testing::{Bounds, Tuning, tuned},
 };
 
-/// Pixels times spheres at most: an hour should see many scenes.
+/// The limit of pixels times spheres, so that an hour is enough for many scenes.
 const TESTS: u32 = 6_000;
 
-/// As many are held against integers, ...
+/// How many pixels are compared with the reference.
 const REFERENCE_TESTS: usize = 200;
 
-/// ... and with more pixels than this left to integers, a picture is drawn less often.
+/// If more pixels than this are left to integers, the picture is drawn fewer times.
 const SLOW_PIXELS: u64 = 100;
 
 fuzz_target!(
     init: {
-        // All of it on this thread: what is found can be found again.
+        // On this thread only, so that results are reproducible.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1);
         pool.use_current_thread().build_global().expect("a thread pool");
     },
@@ -79,7 +79,7 @@ fn hold_against_reference(scene: &Scene, size: ImageSize, picture: &[u8]) {
     let reference = Reference::new(scene, size);
     let pixels = size.pixels() as usize;
     let count = (REFERENCE_TESTS / scene.spheres().len().max(1)).clamp(1, pixels);
-    // All of them, or some evenly spread.
+    // All pixels, or some evenly spread.
     for at in (0..count).map(|nth| nth * pixels / count) {
         let (column, row) = (at as u32 % size.width(), at as u32 / size.width());
         let seen = reference.seen(column, row);
@@ -89,7 +89,7 @@ fn hold_against_reference(scene: &Scene, size: ImageSize, picture: &[u8]) {
     }
 }
 
-/// What the fuzzer gives, as long as it lasts; then zeros.
+/// The bytes of the fuzzer, then zeros.
 struct Bytes<'a>(&'a [u8]);
 
 impl Bytes<'_> {
@@ -97,15 +97,15 @@ impl Bytes<'_> {
         self.0.split_off_first().copied().unwrap_or_default()
     }
 
-    fn up_to(&mut self, most: u8) -> u32 {
-        u32::from(self.next() % most) + 1
+    fn up_to(&mut self, limit: u8) -> u32 {
+        u32::from(self.next() % limit) + 1
     }
 
     fn bits(&mut self) -> u32 {
         u32::from_le_bytes(std::array::from_fn(|_| self.next()))
     }
 
-    /// A finite float: any bits, or what is likely to meet or touch something.
+    /// A finite float: any bits, or a value that is likely to make spheres meet or touch.
     fn float(&mut self, before: f32) -> f32 {
         const SPECIAL: [f32; 16] = [
             0.0,
@@ -168,7 +168,7 @@ fn scene(bytes: &mut Bytes<'_>) -> Scene {
     Scene::new(viewport, [0; 3], spheres).expect("a scene")
 }
 
-/// One that no other sphere has.
+/// A colour that no other sphere has.
 fn colour(index: usize) -> Rgb {
     let [low, high, ..] = (index as u32 + 1).to_le_bytes();
     [low, high, low ^ 0x5a]
