@@ -15,10 +15,18 @@
 //! skipped.
 
 mod advice;
+mod chunks;
+mod comment;
 mod error;
+mod excerpt;
+mod foreign;
+mod grammar;
 mod lines;
 mod number;
 mod parser;
+mod position;
+mod reader;
+mod text;
 pub(crate) mod windows;
 
 use std::{fmt, fs::File, io, path::Path, str::FromStr};
@@ -157,7 +165,7 @@ impl Scene {
     /// As [`parse`](Self::parse), with the reader's knobs in hand, for tests.
     pub(crate) fn parse_in_windows(text: &[u8], sizes: Sizes) -> Result<Self, SceneError> {
         let size = u64::try_from(text.len()).ok();
-        windows::read(&mut &*text, size, sizes, |_| |_: &Sphere| true)
+        reader::read(&mut &*text, size, sizes, |_| |_: &Sphere| true)
     }
 
     /// Reads a scene file, which may be a pipe.
@@ -169,7 +177,7 @@ impl Scene {
         let path = path.as_ref();
         let mut file = open(path)?;
         let size = file.metadata().ok().map(|metadata| metadata.len());
-        windows::read(&mut file, size, Sizes::USUAL, |_| |_: &Sphere| true)
+        reader::read(&mut file, size, Sizes::USUAL, |_| |_: &Sphere| true)
             .map_err(|error| error.in_file(path))
     }
 
@@ -216,7 +224,7 @@ impl Scene {
     where
         K: Fn(&Sphere) -> bool + Sync,
     {
-        windows::read(stream, None, Sizes::USUAL, filter)
+        reader::read(stream, None, Sizes::USUAL, filter)
             .map_err(|error| error.in_file(name.as_ref()))
     }
 

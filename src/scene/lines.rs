@@ -1,13 +1,13 @@
-//! Where in its text a sphere stands.
+//! The lines on which spheres begin.
 
 use std::io::{self, BufRead};
 
-use super::number::is_blank;
+use super::{grammar::SPHERE_LETTER, text::Gap};
 
-/// The lines, from 1, on which some spheres of a scene begin; `spheres` are their
-/// places in the file, in rising order. A sphere that is not there has none.
+/// The lines, from 1, on which some spheres of a scene begin. `spheres` are their indices
+/// in the file, in rising order. A sphere that the file does not have has no line.
 ///
-/// The text is read again for that: a scene does not remember its lines.
+/// A scene does not hold its lines: the text is read again for them.
 ///
 /// ```
 /// let text = b"VP 1 1 1\nBG 0 0 0\nOBJ_N 2 # S\nS 0 0 5 1 1 1 1\nS 0 0 9 1 2 2 2\n";
@@ -24,7 +24,7 @@ pub fn lines_of_spheres(
     spheres: &[usize],
 ) -> io::Result<Vec<Option<u64>>> {
     let mut lines = Vec::with_capacity(spheres.len());
-    let mut place = Place::default();
+    let mut follower = Follower::default();
     let mut found = 0;
     while lines.len() < spheres.len() {
         let bytes = text.fill_buf()?;
@@ -32,8 +32,8 @@ pub fn lines_of_spheres(
             break;
         }
         for &byte in bytes {
-            let line = place.line;
-            if !place.take(byte) {
+            let line = follower.line_feeds + 1;
+            if !follower.take(byte) {
                 continue;
             }
             if spheres.get(lines.len()) == Some(&found) {
@@ -48,40 +48,28 @@ pub fn lines_of_spheres(
     Ok(lines)
 }
 
-/// A place in the text of a scene.
-struct Place {
-    line: u64,
-    in_comment: bool,
-    /// Bytes of the word so far, and whether they are an S.
+/// Follows a text byte by byte.
+#[derive(Default)]
+struct Follower {
+    line_feeds: u64,
+    gap: Gap,
+    /// Bytes of the word so far, and the first of them.
     length: usize,
-    is_s: bool,
+    first: u8,
 }
 
-impl Default for Place {
-    fn default() -> Self {
-        Self {
-            line: 1,
-            in_comment: false,
-            length: 0,
-            is_s: false,
-        }
-    }
-}
-
-impl Place {
-    /// Goes on by a byte, and says whether it ends the word S.
+impl Follower {
+    /// Takes the next byte, and returns whether it ends the word that begins a sphere.
     fn take(&mut self, byte: u8) -> bool {
-        let ends_sphere_word = !self.in_comment && self.length == 1 && self.is_s;
-        if byte == b'\n' {
-            self.line += 1;
-            self.in_comment = false;
-        }
-        if self.in_comment || is_blank(byte) || byte == b'#' {
-            self.in_comment |= byte == b'#';
+        self.line_feeds += u64::from(byte == b'\n');
+        if self.gap.takes(byte) {
+            let ends_word = self.length == 1 && self.first == SPHERE_LETTER;
             self.length = 0;
-            return ends_sphere_word;
+            return ends_word;
         }
-        self.is_s = self.length == 0 && byte == b'S';
+        if self.length == 0 {
+            self.first = byte;
+        }
         self.length += 1;
         false
     }

@@ -1,0 +1,260 @@
+//! Windows and chunks of any size find the same as the parser alone.
+
+use std::{
+    fmt::Write,
+    io::{self, Read},
+};
+
+use proptest::prelude::*;
+
+use super::{
+    super::{text::MAX_WORD, windows::Sizes},
+    read,
+};
+use crate::{spheres::Sphere, testing::families::cloud};
+
+/// The parser alone, on the whole text at once.
+const PARSER_ALONE: Sizes = Sizes {
+    first: usize::MAX >> 1,
+    window: 1,
+    chunk: 1,
+    parallel: usize::MAX,
+    fast: usize::MAX,
+};
+
+/// A source that gives a few bytes at a time, as a pipe can.
+struct Trickle<'a> {
+    text: &'a [u8],
+    at_most: usize,
+}
+
+impl Read for Trickle<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let at_most = self.at_most.min(buffer.len());
+        self.text.read(&mut buffer[..at_most])
+    }
+}
+
+/// All that a reader says of a text.
+fn outcome(text: &[u8], sizes: Sizes, at_most: usize) -> Result<String, String> {
+    // The first window is allocated, so that it must not be much larger than the text.
+    let sizes = Sizes {
+        first: sizes.first.min(text.len() + 1),
+        ..sizes
+    };
+    let source = &mut Trickle { text, at_most };
+    let size = Some(text.len() as u64);
+    let scene = read(source, size, sizes, |_| |_: &Sphere| true).map_err(|error| {
+        let kind = format!("{:?}", error.kind());
+        format!("{:?} {:?} {kind}\n{error}", error.line(), error.column())
+    })?;
+    Ok(format!("{scene:?}"))
+}
+
+fn agree(text: &[u8], sizes: Sizes, at_most: usize) {
+    let expected = outcome(text, PARSER_ALONE, usize::MAX);
+    let found = outcome(text, sizes, at_most);
+    assert_eq!(found, expected, "{sizes:?} {}", text.escape_ascii());
+}
+
+const TINY: Sizes = Sizes {
+    first: 64,
+    window: 160,
+    chunk: 48,
+    parallel: 1,
+    fast: 1,
+};
+
+/// A text with indents, broken lines, comments, CRLF and exponents; from the sixth seed
+/// on, as the scene writes it.
+fn varied(seed: u64) -> Vec<u8> {
+    let scene = cloud(12, seed);
+    if seed >= 6 {
+        return scene.to_string().into_bytes();
+    }
+    let mut text = String::from("# A scene.\nVP 1 1\t1\r\nBG 0 1 2 OBJ_N 12 # S\n");
+    for (index, sphere) in scene.spheres.iter().enumerate() {
+        let [x, y, z] = sphere.centre;
+        let (radius, [red, green, blue]) = (sphere.radius, sphere.colour);
+        let _ = match (index as u64 + seed) % 6 {
+            0 => writeln!(text, "\tS {x:e} {y} {z} {radius:e} {red} {green} {blue}"),
+            1 => write!(text, "S\n{x}\n{y}\n{z} {radius}\n{red} {green} {blue}\n\n"),
+            2 => write!(text, "S {x} {y} {z} {radius} {red} {green} {blue} "),
+            3 => write!(
+                text,
+                "\x0bS {x} {y} {z} {radius} {red} {green} {blue}#S 1\r\n"
+            ),
+            4 => writeln!(
+                text,
+                "S {x:+} {y} {z}   {radius} # S S\n 0{red} {green} {blue}"
+            ),
+            _ => writeln!(text, "S {x} {y} {z} {radius} {red} {green} {blue}"),
+        };
+    }
+    text.into_bytes()
+}
+
+#[test]
+fn windows_of_every_size() {
+    for seed in 0..7 {
+        let text = varied(seed);
+        assert!(outcome(&text, PARSER_ALONE, usize::MAX).is_ok());
+        let cut_short = &text[..text.len() - 20];
+        for size in 1..text.len() + 2 {
+            let sizes = Sizes {
+                first: size,
+                window: size,
+                chunk: size.div_ceil(3),
+                ..TINY
+            };
+            agree(&text, sizes, usize::MAX);
+            agree(cut_short, sizes, 1 + size / 2);
+        }
+    }
+}
+
+/// Pieces of scenes, and what scenes must not have.
+const PIECES: [&[u8]; 30] = [
+    b" ",
+    b"\n",
+    b"\r\n",
+    b"\r",
+    b"\t",
+    b"#",
+    b"# S",
+    b"S",
+    b"S ",
+    b"\nS ",
+    b"VP",
+    b"-",
+    b"+",
+    b".",
+    b"e",
+    b"0",
+    b"9",
+    b",",
+    b"256",
+    b"1e39",
+    b"1e-60",
+    b"\0",
+    b"\xff",
+    b"\xef\xbb\xbf",
+    b"\n#\n",
+    b"S 0 0 5 1 1 2 3\n",
+    b"S 0 0 5 0 1 2 3\n",
+    b"0.000000000000000000000000001",
+    b"                                                                                     ",
+    b"##################################################################################",
+];
+
+fn edited(mut text: Vec<u8>, edits: &[(usize, usize, usize)]) -> Vec<u8> {
+    for &(place, piece, removed) in edits {
+        let place = place % (text.len() + 1);
+        let end = (place + removed).min(text.len());
+        let piece = PIECES.get(piece).copied().unwrap_or_default();
+        text.splice(place..end, piece.iter().copied());
+    }
+    text
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(6_000))]
+
+    #[test]
+    fn a_damaged_text_gives_the_same_in_windows_as_to_the_parser(
+        seed in 0_u64..12,
+        edits in prop::collection::vec((any::<usize>(), 0..2 * PIECES.len(), 0_usize..4), 0..4),
+        first in 1_usize..200,
+        window in 1_usize..1_000,
+        chunk in 1_usize..600,
+        parallel in 1_usize..300,
+        at_most in 1_usize..100,
+    ) {
+        let text = edited(varied(seed), &edits);
+        agree(&text, Sizes { first, window, chunk, parallel, fast: 1 }, at_most);
+    }
+
+    #[test]
+    fn a_filter_drops_spheres_and_keeps_the_order(
+        seed in any::<u64>(),
+        count in 0_usize..60,
+        some in 1_u8..8,
+        window in 1_usize..4_000,
+        chunk in 1_usize..1_000,
+    ) {
+        let scene = cloud(count, seed);
+        let text = scene.to_string();
+        let keep = |sphere: &Sphere| !sphere.colour[0].is_multiple_of(some);
+        let sizes = Sizes { window, chunk, ..TINY };
+        let kept = read(&mut text.as_bytes(), None, sizes, |_| keep).expect("a scene");
+        let expected: Vec<Sphere> = scene.spheres.iter().filter(keep).collect();
+        let found: Vec<Sphere> = kept.spheres.iter().collect();
+        prop_assert_eq!(&found, &expected);
+        let again: crate::spheres::Spheres = expected.into_iter().collect();
+        prop_assert_eq!(format!("{again:?}"), format!("{:?}", kept.spheres));
+    }
+}
+
+#[test]
+fn damage_anywhere_in_a_text_of_many_chunks() {
+    let sizes = Sizes {
+        first: 1 << 8,
+        window: 1 << 14,
+        chunk: 1 << 10,
+        parallel: 1 << 11,
+        fast: 1,
+    };
+    let text = cloud(3_000, 7).to_string().into_bytes();
+    agree(&text, sizes, usize::MAX);
+    for trial in 0..60_usize {
+        let place = trial.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let second = place.rotate_left(17);
+        agree(
+            &edited(text.clone(), &[(place, trial, trial % 3)]),
+            sizes,
+            usize::MAX,
+        );
+        agree(
+            &edited(text.clone(), &[(place, trial, 1), (second, trial / 2, 1)]),
+            sizes,
+            usize::MAX,
+        );
+    }
+}
+
+#[test]
+fn words_and_comments_longer_than_windows() {
+    let zeros = "0".repeat(MAX_WORD - 2);
+    let long = |word: &str| format!("VP 1 1 1 BG 0 0 0 OBJ_N 1 S {word} 0 5 1 0 0 0");
+    let comment = "S#".repeat(100_000);
+    let texts = [
+        long(&format!("0.{zeros}")),
+        long(&format!("1.{zeros}0")),
+        long(&"9".repeat(300_000)),
+        long(&format!("{}1 # {comment}\n", " ".repeat(300_000))),
+        long(&format!("1#{comment}\n")),
+        long(&format!("1#{comment}")),
+        format!("{}{comment}", long("1 #")),
+        format!("{}{comment}", long("1")),
+        format!("{} {comment}", long("1")),
+        format!("{}{}", long("1"), "\n".repeat(200_000)),
+        format!("VP 1 1 1 BG 0 0 0 OBJ_N 2{}", "\n".repeat(200_000)),
+        comment.clone(),
+        format!("#{comment}"),
+        "\0".repeat(200_000),
+        format!("VP{}", "\n1".repeat(100_000)),
+    ];
+    for text in texts {
+        for window in [777, 1 << 13, 1 << 17] {
+            agree(
+                text.as_bytes(),
+                Sizes {
+                    window,
+                    chunk: 500,
+                    ..TINY
+                },
+                usize::MAX,
+            );
+        }
+    }
+}
