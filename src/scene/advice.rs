@@ -190,7 +190,7 @@ impl WordKind {
     pub(super) fn of(word: &[u8]) -> Self {
         if is_foreign_comment(word) {
             Self::ForeignComment
-        } else if number::parse(word).is_ok() {
+        } else if str::from_utf8(word).is_ok_and(is_number) {
             Self::Number
         } else if is_keyword(word) {
             Self::Keyword
@@ -221,7 +221,7 @@ pub(super) fn for_not_finite(word: &[u8], rest: &[u8]) -> Option<String> {
     let name = &name[..letters.count().min(LONGEST_NAME)];
     let known = [&b"INF"[..], b"IND", b"QNAN", b"SNAN", b"J"];
     if !word.ends_with(b".")
-        || number::parse(word).is_err()
+        || !str::from_utf8(word).is_ok_and(is_number)
         || !known.iter().any(|begin| name.starts_with(begin))
     {
         return None;
@@ -242,7 +242,7 @@ pub(super) fn for_line(line: &[u8]) -> Option<String> {
 }
 
 fn is_number(text: &str) -> bool {
-    number::parse(text.as_bytes()).is_ok()
+    number::parse(text).is_ok()
 }
 
 /// Whether a word has some of these characters and is a number with others for them.
@@ -269,7 +269,7 @@ fn exponent(text: &str) -> Option<String> {
 /// `3*0.5` of Fortran, which stands for 0.5 three times.
 fn repeated_value(text: &str) -> Option<String> {
     let (count, value) = text.split_once('*')?;
-    let is_repeated = number::parse_integer(count.as_bytes())? > 0 && is_number(value);
+    let is_repeated = number::parse_integer(count)? > 0 && is_number(value);
     is_repeated.then(|| then_write(value))
 }
 

@@ -147,6 +147,8 @@ fn parse_chunk(
     };
     let mut gap = Gap::default();
     let mut at = gap.skip(text, 0);
+    // The text from the first sphere on that is not ordinary.
+    let mut rest = None;
     for _ in 0..count {
         // One function for both kinds of spheres would be slower: it would return its result
         // in memory.
@@ -159,9 +161,14 @@ fn parse_chunk(
                 at = gap.skip(text, at);
             }
         } else {
-            let (sphere, next, gap_before_next) = any_sphere(text, at)?;
+            // Checked as UTF-8 at once: for each number alone that takes as long as to read it.
+            let (begin, rest) = match rest {
+                Some(rest) => rest,
+                None => *rest.insert((at, str::from_utf8(&text[at..]).ok()?)),
+            };
+            let (sphere, next, gap_before_next) = any_sphere(rest, at - begin)?;
             keep(sphere);
-            (at, gap) = (next, gap_before_next);
+            (at, gap) = (begin + next, gap_before_next);
         }
     }
     (at == text.len()).then_some(Parsed {
@@ -205,16 +212,18 @@ fn ordinary_sphere(span: &Span<'_>) -> Option<(Sphere, usize)> {
 
 /// The sphere at `at`, where the next word begins or the text ends, and the gap before that.
 #[inline(never)]
-fn any_sphere(text: &[u8], at: usize) -> Option<(Sphere, usize, Gap)> {
+fn any_sphere(text: &str, at: usize) -> Option<(Sphere, usize, Gap)> {
     let mut values = Values::default();
     let mut gap = Gap::default();
-    let mut end = at;
+    let mut start = at;
     for (place, item) in SPHERE.into_iter().enumerate() {
-        let start = gap.skip(text, end);
-        end = word_end(text, start);
-        let word = Some(&text[start..end]).filter(|word| word.len() <= MAX_WORD)?;
+        let end = word_end(text.as_bytes(), start);
+        let word = text.get(start..end)?;
+        if word.len() > MAX_WORD {
+            return None;
+        }
         values.take(item, place, word).ok()?;
+        start = gap.skip(text.as_bytes(), end);
     }
-    let next = gap.skip(text, end);
-    Some((values.sphere(), next, gap))
+    Some((values.sphere(), start, gap))
 }

@@ -84,10 +84,10 @@ impl From<Refusal> for Mismatch {
 impl Values {
     /// Takes the word that stands at `place` of a table, where it has `item`.
     #[inline(always)]
-    pub(super) fn take(&mut self, item: Item, place: usize, word: &[u8]) -> Result<(), Mismatch> {
+    pub(super) fn take(&mut self, item: Item, place: usize, word: &str) -> Result<(), Mismatch> {
         match item {
             Item::Keyword(keyword) => {
-                if word != keyword.as_bytes() {
+                if word != keyword {
                     return Err(Mismatch::Keyword(keyword));
                 }
             }
@@ -133,7 +133,7 @@ impl Item {
     }
 }
 
-fn integer<T: TryFrom<i64>>(word: &[u8]) -> Result<T, Mismatch> {
+fn integer<T: TryFrom<i64>>(word: &str) -> Result<T, Mismatch> {
     let integer = number::parse_integer(word).ok_or(Mismatch::NotAnInteger)?;
     T::try_from(integer).map_err(|_| Mismatch::OutOfRange)
 }
@@ -162,7 +162,7 @@ mod tests {
     fn each_item_admits_what_it_should() {
         let take = |item, place, word: &str| {
             let mut values = Values::default();
-            values.take(item, place, word.as_bytes()).map(|()| values)
+            values.take(item, place, word).map(|()| values)
         };
         let (length, coordinate, red) = (SPHERE[4], SPHERE[1], SPHERE[5]);
         for (item, place, word, mismatch) in [

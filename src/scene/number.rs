@@ -40,27 +40,25 @@ pub(super) enum Refusal {
 }
 
 /// The `f32` nearest to a whole word.
-pub(super) fn parse(word: &[u8]) -> Result<f32, Refusal> {
-    let text = str::from_utf8(word).map_err(|_| Refusal::Malformed)?;
-    match text.parse::<f32>() {
+pub(super) fn parse(word: &str) -> Result<f32, Refusal> {
+    match word.parse::<f32>() {
         Ok(number) if number.is_finite() => Ok(number),
         // The standard library also takes the names of infinity and NaN.
-        Ok(_) if word.iter().any(u8::is_ascii_digit) => Err(Refusal::TooLarge),
+        Ok(_) if word.contains(|c: char| c.is_ascii_digit()) => Err(Refusal::TooLarge),
         _ => Err(Refusal::Malformed),
     }
 }
 
 /// Whether a number that `parse` takes is zero as written, not by rounding.
-pub(super) fn is_zero_as_written(word: &[u8]) -> bool {
-    word.iter()
-        .take_while(|byte| !matches!(byte, b'e' | b'E'))
-        .all(|byte| !matches!(byte, b'1'..=b'9'))
+pub(super) fn is_zero_as_written(word: &str) -> bool {
+    let mantissa = word.split(['e', 'E']).next().unwrap_or_default();
+    !mantissa.contains(|c| matches!(c, '1'..='9'))
 }
 
 /// The integer that a whole word of digits with an optional sign is; one too
 /// large for `i64` becomes the largest of its sign.
-pub(super) fn parse_integer(word: &[u8]) -> Option<i64> {
-    let (sign, digits) = match word {
+pub(super) fn parse_integer(word: &str) -> Option<i64> {
+    let (sign, digits) = match word.as_bytes() {
         [b'-', digits @ ..] => (-1, digits),
         [b'+', digits @ ..] => (1, digits),
         digits => (1, digits),

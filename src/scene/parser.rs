@@ -193,7 +193,9 @@ impl Parser {
         }
         let items = self.items();
         let item = items[self.word];
-        if let Err(mismatch) = self.values.take(item, self.word, word) {
+        // What is not UTF-8 fits nowhere, and neither does an empty word.
+        let text = str::from_utf8(word).unwrap_or_default();
+        if let Err(mismatch) = self.values.take(item, self.word, text) {
             return Err(self.mismatch(mismatch, item, word));
         }
         self.word += 1;

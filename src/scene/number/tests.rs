@@ -8,7 +8,7 @@ use super::*;
 fn check(word: &str) {
     let standard: f32 = word.parse().expect("a number");
     let expected = standard.is_finite().then_some(standard.to_bits());
-    let parsed = parse(word.as_bytes());
+    let parsed = parse(word);
     assert_eq!(parsed.ok().map(f32::to_bits), expected, "{word}");
     assert_eq!(parsed.is_err(), parsed == Err(Refusal::TooLarge), "{word}");
     // The lanes may refuse a word, but must not be wrong.
@@ -253,7 +253,7 @@ fn what_is_not_decimal_is_malformed() {
         "1/2",
         "5%",
     ] {
-        assert_eq!(parse(word.as_bytes()), Err(Refusal::Malformed), "{word}");
+        assert_eq!(parse(word), Err(Refusal::Malformed), "{word}");
         if !word.contains(' ') {
             assert_eq!(by_lanes("", word), (None, None), "{word}");
         }
@@ -278,7 +278,7 @@ fn integers() {
         ("0x1", None),
         ("١", None),
     ] {
-        assert_eq!(parse_integer(word.as_bytes()), integer, "{word}");
+        assert_eq!(parse_integer(word), integer, "{word}");
         let byte = integer.and_then(|integer| u8::try_from(integer).ok());
         if let (_, Some(found)) = by_lanes("S ", word) {
             assert_eq!(Some(found), byte, "{word}");
@@ -297,6 +297,6 @@ proptest! {
     #[test]
     fn any_text_at_all(word in "[-+.eE0-9x,]{1,12}") {
         let standard = word.parse::<f32>().ok().filter(|number| number.is_finite());
-        prop_assert_eq!(parse(word.as_bytes()).ok(), standard);
+        prop_assert_eq!(parse(&word).ok(), standard);
     }
 }

@@ -107,13 +107,13 @@ impl Parser {
     }
 
     fn help_with_integer(&self, item: Item, word: &[u8]) -> Option<String> {
-        let text = String::from_utf8_lossy(word);
-        let help = match number::parse(word) {
+        let text = str::from_utf8(word).unwrap_or_default();
+        let help = match number::parse(text) {
             Ok(0.0..=1.0) if matches!(item, Item::Colour(_)) => {
                 "colours run from 0 to 255, without fractions"
             }
             Ok(_) => "write it without a fraction or an exponent",
-            Err(_) if number::parse_integer(text.replace(',', "").as_bytes()).is_some() => {
+            Err(_) if number::parse_integer(&text.replace(',', "")).is_some() => {
                 "write it without commas"
             }
             Err(_) => return self.help_with_number(word),
@@ -123,8 +123,10 @@ impl Parser {
 
     /// What to do about a length that is not greater than zero.
     fn help_with_length(&self, number: f32, word: &[u8]) -> String {
+        // It was read as a number, so that it is text.
+        let word = str::from_utf8(word).unwrap_or_default();
         if number == 0.0 && !number::is_zero_as_written(word) {
-            if word.starts_with(b"-") {
+            if word.starts_with('-') {
                 return "it rounds to 0 as a 32-bit float".to_owned();
             }
             let least = f32::from_bits(1);
@@ -132,9 +134,8 @@ impl Parser {
                 "it is so small that it rounds to 0 as a 32-bit float; the smallest number that does not is {least:e}",
             );
         }
-        let positive = word.strip_prefix(b"-").unwrap_or_default();
-        let write = match str::from_utf8(positive) {
-            Ok(positive) if number < 0.0 && positive.len() <= LONGEST_QUOTE => {
+        let write = match word.strip_prefix('-') {
+            Some(positive) if number < 0.0 && positive.len() <= LONGEST_QUOTE => {
                 format!("write {positive}")
             }
             _ if number < 0.0 => "write it without the sign".to_owned(),
