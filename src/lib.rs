@@ -149,7 +149,7 @@
 //! | change | where it begins | what follows |
 //! | --- | --- | --- |
 //! | a float method | a file in [`methods`]: the formula as a comment, then its scalar and its packet form | [`render::Method`]; `tests/bit_identity.rs` compares both forms, `tests/stability.rs` says where it fails |
-//! | a word of the scene format | `scene/parser.rs`, the parser that defines the grammar | `scene/advice.rs` for its mistakes, a file in `scenes/bad` for each refusal, `tests/reader.rs` |
+//! | a word of the scene format | `scene/grammar.rs`, its tables and values | `scene/advice.rs` for its mistakes, a file in `scenes/bad` for each refusal, `tests/reader.rs` |
 //! | a formula of the engine | the theorem in `exact/proof.md`, then the table of its roundings in `exact/bounds.rs` | the code, then the tests of its stage, `exact/*/tests.rs`, against rational arithmetic |
 //! | the rule from pixels to rays | [`camera`], which holds every form of it | [`reference`](mod@reference), which must say the same in integers |
 //! | a promise about files | the system calls in `ppm/system`, and their order in [`ppm`] | a row in the table of faults in `tests/README.md`, and its test in `tests/faults` |

@@ -8,11 +8,27 @@
 //! S 0 0 3 0.2 127 0 0
 //! ```
 //!
-//! Words are separated by any white space, as C's `scanf` takes it: lines are
-//! only for readers. `#` begins a comment, which ends with the line. Numbers are
+//! Words are separated by white space, as C's `scanf` defines it; line ends mean
+//! no more than blanks. `#` begins a comment, which ends with the line. Numbers are
 //! decimal and mean the nearest `f32`; lengths are greater than zero, colours
 //! are integers from 0 to 255. A UTF-8 byte order mark at the very beginning is
 //! skipped.
+//!
+//! The way of a text through the modules:
+//!
+//! | module | what it does |
+//! | --- | --- |
+//! | `text` | words, blanks and comments |
+//! | `number` | decimal text to the nearest `f32`, for one word and in lanes |
+//! | `grammar` | which words stand where, and their values |
+//! | `windows` | reads the source in pieces that split no word |
+//! | `chunks` | reads many spheres, in parallel, if all of them are well-formed |
+//! | `parser` | reads word by word; its `messages` say what is wrong |
+//! | `position` | lines and columns |
+//! | `reader` | all of these together |
+//! | `advice`, `comment`, `foreign` | how to mend a word, a comment, a file of another kind |
+//! | `excerpt`, `error` | the message |
+//! | `lines` | the lines on which spheres begin |
 
 mod advice;
 mod chunks;
@@ -162,7 +178,7 @@ impl Scene {
         Self::parse_in_windows(text, Sizes::USUAL)
     }
 
-    /// As [`parse`](Self::parse), with the reader's knobs in hand, for tests.
+    /// As [`parse`](Self::parse), with windows and chunks of these sizes, for tests.
     pub(crate) fn parse_in_windows(text: &[u8], sizes: Sizes) -> Result<Self, SceneError> {
         let size = u64::try_from(text.len()).ok();
         reader::read(&mut &*text, size, sizes, |_| |_: &Sphere| true)

@@ -57,8 +57,8 @@ fn every_bad_file_is_refused_with_its_message() {
     assert_eq!(pinned.next(), None, "a message of no file");
 }
 
-/// Only by hand: `cargo test --test reader -- --ignored pin_messages`, then read
-/// the difference.
+/// Writes the pinned messages: `cargo test --test reader -- --ignored pin_messages`. Then
+/// read the difference.
 #[test]
 #[ignore = "overwrites the pinned messages"]
 fn pin_messages() {
@@ -199,7 +199,7 @@ fn a_byte_order_mark_at_the_very_beginning_is_skipped() {
     ));
 }
 
-/// What programs write by mistake, and what the message says to write instead.
+/// The advice on common mistakes of programs, and that the reader takes what it advises.
 #[test]
 fn advice_says_what_to_write_and_that_is_taken() {
     for (written, advised) in [
@@ -346,7 +346,7 @@ fn a_filter_is_made_for_the_viewport_and_sees_only_what_is_checked() {
 }
 
 #[test]
-fn what_cannot_be_read_is_named() {
+fn a_file_that_cannot_be_read_is_named() {
     let folder = tempfile::tempdir().expect("a folder");
     let missing = folder.path().join("missing.txt");
     for path in [missing.as_path(), folder.path()] {
@@ -422,10 +422,10 @@ fn long_lines_are_shown_in_part_and_told_right() {
     assert_eq!((error.line(), error.column()), (Some(400_002), Some(15)));
 }
 
-/// What is cut off at a carriage return is no end of a line, and a word is not
-/// quoted at any length in what would mend it.
+/// A long line that is cut at a carriage return is shown as cut, and advice quotes only
+/// short words.
 #[test]
-fn what_is_shown_has_an_end_and_shows_where_it_has_none() {
+fn long_lines_and_words_are_shortened_in_messages() {
     let returns = format!("X{}1", "\r".repeat(90));
     let message = refusal_of(returns.as_bytes()).to_string();
     assert!(message.contains("\\x0d...\n"), "{message}");

@@ -314,7 +314,7 @@ fn separated_by_signs(text: &str) -> Option<String> {
 fn number_or_exponent(text: &str) -> Option<String> {
     let separated = separated_by_signs(text)?;
     let (number, exponent) = separated.split_once(' ')?;
-    let digits = exponent[1..].as_bytes();
+    let digits = &exponent.as_bytes()[1..];
     if !number.contains('.') || digits.len() != 3 || !digits.iter().all(u8::is_ascii_digit) {
         return None;
     }

@@ -60,8 +60,7 @@ pub(super) fn is_zero_as_written(word: &str) -> bool {
 pub(super) fn parse_integer(word: &str) -> Option<i64> {
     let (sign, digits) = match word.as_bytes() {
         [b'-', digits @ ..] => (-1, digits),
-        [b'+', digits @ ..] => (1, digits),
-        digits => (1, digits),
+        [b'+', digits @ ..] | digits => (1, digits),
     };
     if digits.is_empty() || !digits.iter().all(u8::is_ascii_digit) {
         return None;

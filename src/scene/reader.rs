@@ -143,9 +143,9 @@ where
         let Some(size) = self.size else {
             return;
         };
-        let most = size.div_ceil(SHORTEST_SPHERE).min(self.parser.left.into());
-        if let Ok(most) = usize::try_from(most) {
-            let _ = self.parser.spheres.try_reserve_exact(most);
+        let max_spheres = size.div_ceil(SHORTEST_SPHERE).min(self.parser.left.into());
+        if let Ok(max_spheres) = usize::try_from(max_spheres) {
+            let _ = self.parser.spheres.try_reserve_exact(max_spheres);
         }
     }
 

@@ -3,6 +3,7 @@
 use super::{Fault, FaultPlace, Parser};
 use crate::scene::{
     advice::{self, COMMENT_HELP, WordKind},
+    comment::Comment,
     error::SceneErrorKind as Kind,
     excerpt::{LONGEST_QUOTE, quoted, quoted_beginning},
     foreign,
@@ -58,8 +59,9 @@ impl Parser {
             }
             Mismatch::NotANumber => (Kind::Number, self.help_with_number(word)),
             Mismatch::TooLarge => {
-                let most = f32::MAX;
-                let help = format!("the largest number that a 32-bit float can hold is {most:e}");
+                let largest = f32::MAX;
+                let help =
+                    format!("the largest number that a 32-bit float can hold is {largest:e}");
                 (Kind::TooLarge, Some(help))
             }
             Mismatch::NotPositive(number) => {
@@ -129,9 +131,9 @@ impl Parser {
             if word.starts_with('-') {
                 return "it rounds to 0 as a 32-bit float".to_owned();
             }
-            let least = f32::from_bits(1);
+            let smallest = f32::from_bits(1);
             return format!(
-                "it is so small that it rounds to 0 as a 32-bit float; the smallest number that does not is {least:e}",
+                "it is so small that it rounds to 0 as a 32-bit float; the smallest number that does not is {smallest:e}",
             );
         }
         let write = match word.strip_prefix('-') {
@@ -152,7 +154,7 @@ impl Parser {
 
     /// Which words belong together, where some of them are missing.
     fn help_with_missing_words(&self) -> String {
-        if let Some(help) = self.comment.as_ref().and_then(|comment| comment.help()) {
+        if let Some(help) = self.comment.as_ref().and_then(Comment::help) {
             return help;
         }
         let mut help = if self.in_spheres {
