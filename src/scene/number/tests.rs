@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::testing::random::Random;
 
 /// Checks the parser and the lanes against the standard library on one word.
 fn check(word: &str) {
@@ -55,15 +56,6 @@ fn by_lanes(before: &str, word: &str) -> (Option<f32>, Option<u8>) {
     )
 }
 
-/// `SplitMix64`.
-fn random(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut mixed = *state;
-    mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    mixed ^ (mixed >> 31)
-}
-
 /// Every pair of digits, on a machine of either byte order.
 #[test]
 fn two_digits_in_a_lane_in_both_byte_orders() {
@@ -82,7 +74,7 @@ fn two_digits_in_a_lane_in_both_byte_orders() {
 #[test]
 fn floats_of_every_size_come_back_in_every_notation() {
     for trial in 0..400_000 {
-        let number = f32::from_bits(random(&mut { trial }) as u32);
+        let number = f32::from_bits(Random::new(trial).bits() as u32);
         if !number.is_finite() {
             continue;
         }
@@ -144,7 +136,7 @@ fn ordinary_words_are_read_by_the_lanes_and_no_others() {
 #[test]
 fn halfway_points_and_their_neighbours_round_as_they_should() {
     for trial in 0..100_000 {
-        let seed = random(&mut { trial });
+        let seed = Random::new(trial).bits();
         let low = f32::from_bits(seed as u32 & 0x7fff_ffff);
         let high = low.next_up();
         if !high.is_finite() {
