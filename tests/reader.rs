@@ -431,6 +431,37 @@ fn long_lines_and_words_are_shortened_in_messages() {
     assert!(message.contains("\\x0d...\n"), "{message}");
     assert!(message.len() < 800, "{message}");
 
+    let negative = format!("VP -{} 1 1", "1".repeat(38) + ".000");
+    let message = refusal_of(negative.as_bytes()).to_string();
+    assert!(
+        message.ends_with("help: write it without the sign"),
+        "{message}"
+    );
+
+    let digits = "1".repeat((1 << 16) + 1);
+    for (scene, expected) in [
+        (format!("VP {digits}"), "the width of the viewport"),
+        (
+            format!("VP 1 1 1 BG 0 0 0 OBJ_N 0 {digits}"),
+            "the end of the file after OBJ_N 0",
+        ),
+    ] {
+        let error = refusal_of(scene.as_bytes());
+        assert!(matches!(error.kind(), SceneErrorKind::WordTooLong));
+        let message = error.to_string();
+        let begin = format!("expected {expected}");
+        assert!(message.contains(&begin), "{message}");
+        let found = format!(
+            "found a word of more than 65536 bytes, \"{}...\"",
+            &digits[..40]
+        );
+        assert!(message.contains(&found), "{message}");
+        assert!(
+            message.ends_with("help: no word of a scene needs more bytes than that"),
+            "{message}"
+        );
+    }
+
     let comma = format!("VP 1 1,{} 1", "0".repeat(60_000));
     let message = refusal_of(comma.as_bytes()).to_string();
     assert!(
