@@ -63,7 +63,7 @@ pub(crate) struct Job {
     #[arg(long, value_enum, default_value_t)]
     method: MethodName,
 
-    /// Run a float method one pixel at a time: same bytes, slower
+    /// Run a float method pixel by pixel: the same, slower
     #[arg(long)]
     scalar: bool,
 
@@ -79,7 +79,7 @@ pub(crate) struct Job {
     #[arg(long)]
     verify: bool,
 
-    /// Draw with every method, print its speed and wrong pixels
+    /// Draw with every method, print speed and wrong pixels
     #[arg(long, conflicts_with_all = ["method", "scalar", "rows", "verify", "diff", "stats", "quiet"])]
     compare: bool,
 
@@ -92,7 +92,7 @@ pub(crate) struct Job {
           default_missing_value = "text", conflicts_with = "quiet")]
     pub(crate) stats: Option<statistics::Style>,
 
-    /// Print nothing but errors: no progress bar, no remarks
+    /// Print only errors: no progress bar, no remarks
     #[arg(long)]
     pub(crate) quiet: bool,
 }
