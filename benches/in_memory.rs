@@ -18,9 +18,9 @@ use rayon::prelude::*;
 use sfera::{
     camera::ImageSize,
     ppm,
-    render::Method,
+    render::{Method, Workspace},
     scene::Scene,
-    testing::{Bounds, Tuning, tuned},
+    testing::{Bounds, Tuning, tuned_in},
 };
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
@@ -164,6 +164,7 @@ fn draw(
         .len()
         .div_ceil(rayon::current_num_threads())
         .next_multiple_of(64);
+    let mut workspace = Workspace::default();
     for run in 0..=runs {
         let start = Instant::now();
         pixels
@@ -173,11 +174,12 @@ fn draw(
         let filled = milliseconds(start);
 
         let start = Instant::now();
-        let renderer = tuned(scene, size, method, tuning);
+        let renderer = tuned_in(workspace, scene, size, method, tuning);
         let prepared = milliseconds(start);
         renderer.draw(0..size.height(), pixels);
         black_box(&mut *pixels);
         let drawn = milliseconds(start);
+        workspace = renderer.into_workspace();
         if run > 0 {
             fill.push(filled);
             prepare.push(prepared);

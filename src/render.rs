@@ -5,10 +5,10 @@ use std::{fmt, ops::Range, str::FromStr};
 use rayon::prelude::*;
 use wide::f32x8;
 
-pub use crate::exact::Counts;
+pub use crate::exact::{Counts, Workspace};
 use crate::{
     camera::{BYTES_PER_PIXEL, Camera, ImageSize},
-    exact::{Engine, Scratch, tuning::Tuning},
+    exact::{Engine, tuning::Tuning},
     methods::{NONE, Seen, double, geometric, textbook},
     reference::Reference,
     scene::Scene,
@@ -162,11 +162,38 @@ impl<'scene> Renderer<'scene> {
     /// Prepares what the method needs to know before the first pixel.
     #[must_use]
     pub fn new(scene: &'scene Scene, size: ImageSize, method: Method) -> Self {
-        Self::tuned(scene, size, method, Tuning::default())
+        Self::new_in(Workspace::default(), scene, size, method)
     }
 
-    /// Like [`new`](Self::new), with settings of the engine for tests and benches.
+    /// Like [`new`](Self::new), in the memory of another renderer.
+    ///
+    /// ```
+    /// use sfera::{camera::ImageSize, render::{Method, Renderer, Workspace}, scene::Scene};
+    ///
+    /// let size = ImageSize::new(16, 9)?;
+    /// let mut pixels = vec![0; size.pixel_bytes()];
+    /// let mut workspace = Workspace::default();
+    /// for x in [-1, 0, 1] {
+    ///     let scene: Scene = format!("VP 16 9 9 BG 0 0 0 OBJ_N 1 S {x} 0 5 1 9 9 9").parse()?;
+    ///     let renderer = Renderer::new_in(workspace, &scene, size, Method::Exact);
+    ///     renderer.draw(0..size.height(), &mut pixels);
+    ///     workspace = renderer.into_workspace();
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn new_in(
+        workspace: Workspace,
+        scene: &'scene Scene,
+        size: ImageSize,
+        method: Method,
+    ) -> Self {
+        Self::tuned(workspace, scene, size, method, Tuning::default())
+    }
+
+    /// Like [`new_in`](Self::new_in), with settings of the engine for tests and benches.
     pub(crate) fn tuned(
+        workspace: Workspace,
         scene: &'scene Scene,
         size: ImageSize,
         method: Method,
@@ -177,13 +204,22 @@ impl<'scene> Renderer<'scene> {
             Method::Textbook(form) => Painter::Textbook(form),
             Method::Geometric(form) => Painter::Geometric(form),
             Method::Double(form) => Painter::Double(form),
-            Method::Exact => Painter::Exact(Engine::new(scene, camera, tuning)),
+            Method::Exact => Painter::Exact(Engine::new(scene, camera, tuning, workspace)),
             Method::Reference => Painter::Reference(Reference::new(scene, size)),
         };
         Self {
             scene,
             camera,
             painter,
+        }
+    }
+
+    /// The memory it drew in, for another renderer.
+    #[must_use]
+    pub fn into_workspace(self) -> Workspace {
+        match self.painter {
+            Painter::Exact(engine) => engine.into_workspace(),
+            _ => Workspace::default(),
         }
     }
 
@@ -225,8 +261,8 @@ impl<'scene> Renderer<'scene> {
             Painter::Exact(engine) => engine.band_rows(),
             _ => BAND_ROWS,
         };
-        let draw = |scratch: &mut Scratch, band: Range<u32>, bytes: &mut [u8]| {
-            let counts = self.draw_band(band.clone(), bytes, scratch);
+        let draw = |band: Range<u32>, bytes: &mut [u8]| {
+            let counts = self.draw_band(band.clone(), bytes);
             drawn(band.len() as u32);
             counts
         };
@@ -241,26 +277,22 @@ impl<'scene> Renderer<'scene> {
         let (head_bytes, rest) = pixels.split_at_mut(head.len() * size.row_bytes());
         let mut counts = Counts::default();
         if !head.is_empty() {
-            counts += draw(&mut Scratch::default(), head, head_bytes);
+            counts += draw(head, head_bytes);
         }
         counts += rest
             .par_chunks_mut(size.row_bytes() * band_rows as usize)
             .enumerate()
-            .map_init(Scratch::default, |scratch, (band, bytes)| {
+            .map(|(band, bytes)| {
                 let first = start + band as u32 * band_rows;
-                draw(
-                    scratch,
-                    first..first.saturating_add(band_rows).min(rows.end),
-                    bytes,
-                )
+                draw(first..first.saturating_add(band_rows).min(rows.end), bytes)
             })
             .reduce(Counts::default, sum);
         counts
     }
 
-    fn draw_band(&self, band: Range<u32>, bytes: &mut [u8], scratch: &mut Scratch) -> Counts {
+    fn draw_band(&self, band: Range<u32>, bytes: &mut [u8]) -> Counts {
         if let Painter::Exact(engine) = &self.painter {
-            return engine.draw_band(band, bytes, scratch);
+            return engine.draw_band(band, bytes);
         }
         for (row, bytes) in band.zip(bytes.chunks_exact_mut(self.camera.size().row_bytes())) {
             match &self.painter {

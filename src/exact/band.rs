@@ -4,14 +4,13 @@ use std::ops::Range;
 
 use super::{
     Bounds, Counts, Engine,
-    bins::{Large, Record},
-    coverage::{Coverage, Tile, eight},
-    crowd::{Crowd, CrowdedTile},
+    bins::{EightRecords, Large, Record},
+    coverage::{Coverage, Tile},
+    crowd::{Crowd, CrowdedTile, OpenPixel},
     decide::{Candidate, decide},
     depths::Depths,
-    grid::EightSpheres,
-    packet::{Meeting, PixelRow, SIDE},
-    paint::{Pattern, bytes_of, colour_lane, put_eight},
+    packet::{InDoubles, Meetings, PixelRow, SIDE},
+    paint::{Pattern, colour_lane, put_eight, put_some},
     rows::{self, BandRows},
     set_bits,
 };
@@ -31,11 +30,12 @@ const DEEP_CROWD: usize = 5;
 
 /// Room for one band at a time.
 #[derive(Debug, Default)]
-pub(crate) struct Scratch {
+pub(super) struct Scratch {
     records: Vec<Record>,
     coverage: Coverage,
     crowd: Crowd,
     pixels: Vec<PixelRow>,
+    open: Vec<OpenPixel>,
     /// Places in the coverage of spheres that packets meet, and their records.
     met: Vec<usize>,
     met_records: Vec<Record>,
@@ -44,13 +44,9 @@ pub(crate) struct Scratch {
 
 impl Engine<'_> {
     /// Colours a band: some rows of one row of tiles.
-    pub(crate) fn draw_band(
-        &self,
-        rows: Range<u32>,
-        bytes: &mut [u8],
-        scratch: &mut Scratch,
-    ) -> Counts {
-        Band::new(self, rows, bytes, scratch).draw()
+    pub(crate) fn draw_band(&self, rows: Range<u32>, bytes: &mut [u8]) -> Counts {
+        let mut scratch = self.workspace.scratches.lend();
+        Band::new(self, rows, bytes, &mut scratch).draw()
     }
 }
 
@@ -65,7 +61,7 @@ struct Band<'a> {
     first: usize,
     last: usize,
     /// The background's colour lane.
-    background: f32,
+    background: u32,
     counts: Counts,
     /// Columns of one colour that are not painted yet.
     pending: Option<(Rgb, Range<u32>)>,
@@ -171,7 +167,8 @@ impl<'a> Band<'a> {
         true
     }
 
-    /// All of the band at once: painting finds these lines in the cache then.
+    /// All of the band at once: what is painted next finds these lines in the cache. That
+    /// pays even where none of it remains.
     fn paint_background(&mut self) {
         let [red, green, blue] = self.engine.scene.background;
         if red == green && green == blue {
@@ -204,7 +201,7 @@ impl<'a> Band<'a> {
         records.extend(touching.map(|large| large.record(tile.column, tile.row, side)));
         let large_count = records.len();
         let small = bins.records(tile.column / side, tile.row / side);
-        let count = records.len() + small.clone().map(<[Record]>::len).sum::<usize>();
+        let count = records.len() + bins.count(tile.column / side, tile.row / side);
         if count > CROWD {
             self.paint_pending();
             self.draw_crowd(tile);
@@ -301,27 +298,25 @@ impl<'a> Band<'a> {
         }
         let engine = self.engine;
         for (places, records) in met.chunks(LANES).zip(met_records.chunks(LANES)) {
-            let spheres = EightSpheres::of(records.iter().map(|record| record.sphere));
-            let rectangles = tile.rectangles(&eight(records));
-            let depths = Depths::new(&engine.grid, &rectangles, &spheres).to_floats(engine.bounds);
+            let eight = EightRecords::of(records);
+            let rectangles = tile.rectangles(&eight);
+            let depths = Depths::new(&engine.grid, &rectangles, &eight.spheres);
+            let depths = depths.to_floats(engine.bounds);
+            let meetings = Meetings::new(&depths, &eight);
             for (lane, (&at, record)) in places.iter().zip(records).enumerate() {
                 let covering = &coverage.spheres[at];
-                let meeting = Meeting {
-                    depths: &depths,
-                    lane,
-                    colour: colour_lane(record.colour),
-                    record,
-                };
                 let wanted = |row: usize| {
                     coverage.contested[row / LANES][row % LANES] & coverage.outer(covering, row)
                 };
                 self.counts.sphere_tests += if depths.known >> lane & 1 == 0 {
-                    let at = (tile.column, tile.row);
-                    meeting.in_doubles(pixels, &engine.grid, at, engine.bounds, wanted)
+                    let corner = (tile.column, tile.row);
+                    let (grid, bounds) = (&engine.grid, engine.bounds);
+                    let in_doubles = InDoubles::new(grid, bounds, corner, record.sphere);
+                    meetings.in_doubles(lane, pixels, &in_doubles, wanted)
                 } else if engine.bounds == Bounds::Ignored {
-                    meeting.masked::<false>(pixels, wanted)
+                    meetings.masked::<false>(lane, pixels, wanted)
                 } else {
-                    meeting.masked::<true>(pixels, wanted)
+                    meetings.masked::<true>(lane, pixels, wanted)
                 };
             }
         }
@@ -345,7 +340,7 @@ impl<'a> Band<'a> {
             let open = if self.engine.bounds == Bounds::Ignored {
                 0
             } else {
-                u64::from(pixels.open(first)) & bits
+                u64::from(pixels.open_lanes(first)) & bits
             };
             let colours = pixels.colours(first);
             let at = (tile.column as usize + first) * BYTES_PER_PIXEL;
@@ -354,10 +349,7 @@ impl<'a> Band<'a> {
             if bits == 0xff {
                 put_eight(&mut line[..LANES * BYTES_PER_PIXEL], colours);
             } else {
-                for lane in set_bits(bits) {
-                    line[lane * BYTES_PER_PIXEL..][..BYTES_PER_PIXEL]
-                        .copy_from_slice(&bytes_of(colours.as_array()[lane]));
-                }
+                put_some(line, colours, bits as u32);
             }
             self.counts.pixels_in_packets += u64::from((bits & !open).count_ones());
             for lane in set_bits(open) {
@@ -398,45 +390,65 @@ impl<'a> Band<'a> {
     /// ones.
     fn draw_crowd(&mut self, tile: &Tile) {
         let engine = self.engine;
-        let Scratch {
-            records,
-            crowd,
-            pixels,
-            ..
-        } = &mut *self.scratch;
+        let Scratch { records, crowd, .. } = &mut *self.scratch;
         let crowded = CrowdedTile {
             grid: &engine.grid,
             bins: &engine.bins,
             bounds: engine.bounds,
-            background: engine.scene.background,
             tile: *tile,
         };
-        self.counts.sphere_tests += crowd.meet(&crowded, records, pixels);
-        // Boxes may reach into rows that are not drawn now.
-        for row in 0..self.engine.bins.side() as usize {
-            if (tile.first..tile.last).contains(&row) {
-                self.put_row(tile, row);
+        let mut sorted = crowd.gather(&crowded, records);
+        loop {
+            let Scratch { crowd, pixels, .. } = &mut *self.scratch;
+            self.counts.sphere_tests += crowd.meet(&crowded, sorted, pixels);
+            self.put_crowd(tile);
+            let Scratch { crowd, open, .. } = &*self.scratch;
+            if sorted || !crowd.may_hold_copies(open.len()) {
+                break;
             }
-            self.scratch.pixels[row].clear(self.background);
+            sorted = true;
+        }
+        self.decide_open(tile);
+    }
+
+    /// Writes the colours of a tile, finds what is open in it, and clears its pixels, row
+    /// after row, since they are more than the nearest cache holds.
+    fn put_crowd(&mut self, tile: &Tile) {
+        let ignored = self.engine.bounds == Bounds::Ignored;
+        let Scratch { pixels, open, .. } = &mut *self.scratch;
+        open.clear();
+        // Boxes may reach into rows that are not drawn now.
+        for (row, pixels) in pixels.iter_mut().enumerate() {
+            if (tile.first..tile.last).contains(&row) {
+                let at = tile.column as usize * BYTES_PER_PIXEL;
+                let line = &mut self.bytes[(row - tile.first) * self.row_bytes..][..self.row_bytes];
+                pixels.put(&mut line[at..at + tile.width * BYTES_PER_PIXEL]);
+                let columns = if ignored { 0 } else { pixels.open(tile.width) };
+                open.extend(set_bits(columns).map(|column| OpenPixel {
+                    column: column as u8,
+                    row: row as u8,
+                    lower: pixels.lower(column).as_array()[0],
+                }));
+            }
+            pixels.clear(self.background);
         }
     }
 
-    fn put_row(&mut self, tile: &Tile, row: usize) {
-        let pixels = &self.scratch.pixels[row];
-        let at = tile.column as usize * BYTES_PER_PIXEL;
-        let line = &mut self.bytes[(row - tile.first) * self.row_bytes..][..self.row_bytes];
-        pixels.put(&mut line[at..at + tile.width * BYTES_PER_PIXEL]);
-        let open = match self.engine.bounds {
-            Bounds::Ignored => 0,
-            Bounds::Proven | Bounds::Refused => pixels.all_open(tile.width),
-        };
-        self.counts.pixels_in_packets += tile.width as u64 - u64::from(open.count_ones());
-        for column in set_bits(open) {
+    /// Decides the open pixels of a tile of many spheres.
+    fn decide_open(&mut self, tile: &Tile) {
+        let count = self.scratch.open.len();
+        let pixels = tile.width * (tile.last - tile.first);
+        self.counts.pixels_in_packets += (pixels - count) as u64;
+        for at in 0..count {
             let Scratch {
-                crowd, candidates, ..
+                crowd,
+                open,
+                candidates,
+                ..
             } = &mut *self.scratch;
-            crowd.gather(column, row, candidates);
-            self.put_decided(tile.pixel(column, row));
+            let pixel = open[at];
+            crowd.candidates(&pixel, candidates);
+            self.put_decided(tile.pixel(usize::from(pixel.column), usize::from(pixel.row)));
         }
     }
 }

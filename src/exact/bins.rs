@@ -10,7 +10,7 @@ use std::cmp::Ordering;
 use bytemuck::{Pod, Zeroable};
 use memmap2::MmapMut;
 use rayon::prelude::*;
-use wide::{f32x8, u32x8};
+use wide::{f32x8, f64x8, i32x8, u8x32, u32x8};
 
 use super::{
     Bounds,
@@ -18,6 +18,7 @@ use super::{
     decide::Candidate,
     grid::{EightSpheres, Grid},
     set_bits,
+    workspace::Workspace,
 };
 use crate::{
     pages::{HUGE_PAGE, ask_for_huge},
@@ -43,7 +44,20 @@ pub(super) struct Record {
     pub(super) bottom: u8,
 }
 
-/// A sphere and its box; kept as it is if it is one of many tiles.
+/// Eight records, component by component.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EightRecords {
+    pub(super) spheres: EightSpheres,
+    /// As lanes of colours.
+    pub(super) colours: u32x8,
+    pub(super) boxes: EightBoxes,
+}
+
+/// The boxes of eight records: their sides as bytes, the first one lowest.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EightBoxes(u32x8);
+
+/// A sphere and its box; kept/// A sphere and its box; kept as it is if it is one of many tiles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Large {
     pub(super) sphere: [f32; 4],
@@ -108,7 +122,7 @@ impl Tiles {
 /// The records of a run of spheres: those of tile `t` at `starts[t]..starts[t + 1]`,
 /// in file order.
 #[derive(Debug, Default)]
-struct Run {
+pub(super) struct Run {
     starts: Vec<u32>,
     records: Records,
 }
@@ -142,6 +156,14 @@ impl Records {
         Self::Heap(vec![Record::default(); count])
     }
 
+    /// Makes room for so many, and some more, so that the next picture's find room, too.
+    fn reserve(&mut self, count: usize) {
+        if self.all().len() < count {
+            *self = Self::default();
+            *self = Self::new(count + count / 8);
+        }
+    }
+
     fn all(&self) -> &[Record] {
         match self {
             Self::Heap(records) => records,
@@ -158,7 +180,13 @@ impl Records {
 }
 
 impl Bins {
-    pub(super) fn new(spheres: &Spheres, grid: &Grid, side: u32, bounds: Bounds) -> Self {
+    pub(super) fn new(
+        spheres: &Spheres,
+        grid: &Grid,
+        side: u32,
+        bounds: Bounds,
+        workspace: &Workspace,
+    ) -> Self {
         let size = grid.camera().size();
         let tiles = Tiles {
             shift: side.ilog2(),
@@ -174,24 +202,25 @@ impl Bins {
         let run = run
             .max(if all_large { 0 } else { tiles.count() })
             .next_multiple_of(LANES);
-        let filled = |placed: &mut Vec<Placed>, first: usize| {
+        let filled = |first: usize| {
             let last = (first + run).min(spheres.len());
-            Run::fill(spheres, first..last, grid, tiles, all_large, placed)
+            let mut filled = workspace.runs.take();
+            let placements = &mut workspace.placements.lend();
+            let large = filled.fill(spheres, first..last, grid, tiles, all_large, placements);
+            (filled, large)
         };
-        let firsts: Vec<usize> = (0..spheres.len()).step_by(run).collect();
-        let filled: Vec<_> = if firsts.len() <= 1 {
-            let placed = &mut Vec::new();
-            firsts
-                .into_iter()
-                .map(|first| filled(placed, first))
-                .collect()
+        let filled: Vec<_> = if spheres.len() <= run {
+            (0..spheres.len()).step_by(run).map(filled).collect()
         } else {
-            firsts.into_par_iter().map_init(Vec::new, filled).collect()
+            let firsts = (0..spheres.len()).into_par_iter().step_by(run);
+            firsts.map(filled).collect()
         };
         let mut runs = Vec::with_capacity(filled.len());
         let mut large = Vec::new();
         for (run, larges) in filled {
-            if !run.starts.is_empty() {
+            if run.starts.is_empty() {
+                workspace.runs.give(run);
+            } else {
                 runs.push(run);
             }
             large.extend(larges);
@@ -205,12 +234,24 @@ impl Bins {
         Self { tiles, runs, large }
     }
 
+    /// Gives the memory back.
+    pub(super) fn return_to(self, workspace: &Workspace) {
+        for run in self.runs {
+            workspace.runs.give(run);
+        }
+    }
+
     /// The small spheres of a tile, by its column and row.
     pub(super) fn records(&self, column: u32, row: u32) -> impl Iterator<Item = &[Record]> + Clone {
         let at = row as usize * self.tiles.columns + column as usize;
         self.runs.iter().map(move |run| {
             &run.records.all()[run.starts[at] as usize..run.starts[at + 1] as usize]
         })
+    }
+
+    /// How many small spheres a tile has.
+    pub(super) fn count(&self, column: u32, row: u32) -> usize {
+        self.records(column, row).map(<[Record]>::len).sum()
     }
 
     /// Whether no tile has small spheres.
@@ -224,7 +265,15 @@ impl Bins {
     }
 }
 
-/// Where eight spheres go, between the two passes.
+/// Where the spheres of a run go, between the two passes.
+#[derive(Debug, Default)]
+pub(super) struct Placements {
+    eights: Vec<Placed>,
+    /// Those that go to several tiles.
+    several: Vec<Large>,
+}
+
+/// Where eight spheres go.
 #[derive(Debug)]
 struct Placed {
     /// Which lanes go to one tile, and which to several.
@@ -238,17 +287,22 @@ struct Placed {
 }
 
 impl Run {
+    /// Sorts a range of spheres by tile. Returns those that are large.
     fn fill(
+        &mut self,
         spheres: &Spheres,
         range: std::ops::Range<usize>,
         grid: &Grid,
         tiles: Tiles,
         all_large: bool,
-        placed: &mut Vec<Placed>,
-    ) -> (Self, Vec<Large>) {
-        placed.clear();
-        let (mut large, mut several) = (Vec::new(), Vec::new());
-        let mut starts = vec![0_u32; if all_large { 0 } else { tiles.count() + 1 }];
+        Placements { eights, several }: &mut Placements,
+    ) -> Vec<Large> {
+        eights.clear();
+        several.clear();
+        let mut large = Vec::new();
+        let starts = &mut self.starts;
+        starts.clear();
+        starts.resize(if all_large { 0 } else { tiles.count() + 1 }, 0);
         for first in range.clone().step_by(LANES) {
             let [x, y, z, r] = components(spheres, first);
             let mut boxes = Boxes::new(grid, &EightSpheres::new([x, y, z, r]));
@@ -292,20 +346,20 @@ impl Run {
                 }
             }
             if !all_large {
-                placed.push(eight);
+                eights.push(eight);
             }
         }
         let mut total = 0;
-        for start in &mut starts {
+        for start in &mut *starts {
             total += std::mem::replace(start, total);
         }
         if total == 0 {
             starts.clear();
         }
-        let mut store = Records::new(total as usize);
-        let records = store.all_mut();
+        self.records.reserve(total as usize);
+        let records = self.records.all_mut();
         let mut several = several.iter();
-        for (first, placed) in range.step_by(LANES).zip(&*placed) {
+        for (first, placed) in range.step_by(LANES).zip(&*eights) {
             if placed.one | placed.several == 0 {
                 continue;
             }
@@ -329,11 +383,7 @@ impl Run {
             starts.rotate_right(1);
             starts[0] = 0;
         }
-        let run = Self {
-            starts,
-            records: store,
-        };
-        (run, large)
+        large
     }
 }
 
@@ -438,6 +488,79 @@ impl Covered {
             }
             row += 1;
         }
+    }
+}
+
+impl EightRecords {
+    /// Up to eight records; the last one fills the rest.
+    #[inline]
+    pub(super) fn of(records: &[Record]) -> Self {
+        match records.first_chunk() {
+            Some(eight) => Self::new(eight),
+            None => Self::new(&std::array::from_fn(|lane| {
+                records[lane.min(records.len() - 1)]
+            })),
+        }
+    }
+
+    #[inline]
+    pub(super) fn new(records: &[Record; LANES]) -> Self {
+        let [x, y, z, r, _, _, colours, sides] = f32x8::transpose(bytemuck::cast(*records));
+        let sides: [u32; LANES] = bytemuck::cast(sides);
+        Self {
+            spheres: EightSpheres::new([x, y, z, r].map(f32x8::to_array)),
+            colours: bytemuck::cast(colours),
+            boxes: EightBoxes(u32x8::new(sides.map(u32::from_le))),
+        }
+    }
+}
+
+impl EightBoxes {
+    fn side(self, place: u32) -> f64x8 {
+        let side = self.0 >> (8 * place) & u32x8::splat(0xff);
+        f64x8::from(bytemuck::cast::<_, i32x8>(side))
+    }
+
+    pub(super) fn left(self) -> f64x8 {
+        self.side(0)
+    }
+
+    pub(super) fn right(self) -> f64x8 {
+        self.side(1)
+    }
+
+    pub(super) fn top(self) -> f64x8 {
+        self.side(2)
+    }
+
+    pub(super) fn bottom(self) -> f64x8 {
+        self.side(3)
+    }
+
+    /// First and last column and row of one of them.
+    #[inline]
+    pub(super) fn sides(&self, lane: usize) -> [usize; 4] {
+        self.0.as_array()[lane].to_le_bytes().map(usize::from)
+    }
+
+    /// Those that are no wider and no higher than a packet is wide.
+    #[inline]
+    pub(super) fn narrow(self) -> u32 {
+        let bytes = u32x8::splat(0x00ff_00ff);
+        let spans = (self.0 >> 8_u32 & bytes) - (self.0 & bytes);
+        let beyond = spans & u32x8::splat(0x00f8_00f8);
+        beyond.simd_eq(u32x8::splat(0)).to_bitmask()
+    }
+
+    /// Those that hold a pixel.
+    #[inline]
+    pub(super) fn holding(self, column: u8, row: u8) -> u32 {
+        // With the last column and row complemented, no byte is greater than the pixel's.
+        let pixel = u32::from_le_bytes([column, !column, row, !row]);
+        let sides = self.0 ^ u32x8::splat(0xff00_ff00);
+        let pixel: u8x32 = bytemuck::cast(u32x8::splat(pixel));
+        let lesser: u32x8 = bytemuck::cast(bytemuck::cast::<_, u8x32>(sides).min(pixel));
+        lesser.simd_eq(sides).to_bitmask()
     }
 }
 

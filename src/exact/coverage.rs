@@ -8,9 +8,9 @@ use wide::f64x8;
 
 use super::{
     Bounds,
-    bins::Record,
+    bins::{EightRecords, Record},
     depths::{Depths, Rectangles},
-    grid::{EightSpheres, Grid},
+    grid::Grid,
     outline::{EightRows, Outline, Placement},
     packet::SIDE,
 };
@@ -88,15 +88,14 @@ impl Tile {
     /// Rectangles around the boxes of up to eight records. A packet may reach seven columns
     /// beyond the box; and one row at least, so that every coefficient is bounded.
     #[inline]
-    pub(super) fn rectangles(&self, records: &[&Record; LANES]) -> Rectangles {
-        let of =
-            |side: fn(&Record) -> u8| f64x8::new(records.map(|record| f64::from(side(record))));
+    pub(super) fn rectangles(&self, records: &EightRecords) -> Rectangles {
         let half = |first: f64x8, last: f64x8, more: f64| {
             ((last - first + f64x8::splat(more)) * f64x8::splat(0.5)).floor()
         };
-        let (left, top) = (of(|record| record.left), of(|record| record.top));
-        let across = half(left, of(|record| record.right), LANES as f64);
-        let down = half(top, of(|record| record.bottom), 2.0);
+        let boxes = &records.boxes;
+        let (left, top) = (boxes.left(), boxes.top());
+        let across = half(left, boxes.right(), LANES as f64);
+        let down = half(top, boxes.bottom(), 2.0);
         Rectangles {
             columns: left + across + f64x8::splat(f64::from(self.column)),
             rows: top + down + f64x8::splat(f64::from(self.row)),
@@ -125,12 +124,6 @@ pub(super) struct Coverage {
     overlap: Mask,
 }
 
-/// Eight records; the last one fills the rest.
-#[inline]
-pub(super) fn eight(records: &[Record]) -> [&Record; LANES] {
-    std::array::from_fn(|lane| &records[lane.min(records.len() - 1)])
-}
-
 impl Coverage {
     /// Finds what of the tile each of the records covers, and what is contested.
     pub(super) fn find(&mut self, grid: &Grid, tile: &Tile, records: &[Record], bounds: Bounds) {
@@ -150,7 +143,8 @@ impl Coverage {
     }
 
     fn outline(&mut self, grid: &Grid, tile: &Tile, records: &[Record], bounds: Bounds) {
-        let rectangles = tile.rectangles(&eight(records));
+        let eight = EightRecords::of(records);
+        let rectangles = tile.rectangles(&eight);
         let placement = Placement {
             rows: rectangles.rows,
             // A row of eight may reach seven rows beyond the box on either side.
@@ -158,8 +152,7 @@ impl Coverage {
             column: tile.column,
             row: tile.row,
         };
-        let spheres = EightSpheres::of(records.iter().map(|record| record.sphere));
-        let outlines = Outline::eight(grid, &placement, &spheres, bounds);
+        let outlines = Outline::eight(grid, &placement, &eight.spheres, bounds);
         for (outline, record) in outlines.iter().zip(records) {
             let covering = Covering {
                 record: *record,
@@ -247,9 +240,8 @@ impl Coverage {
         for places in places.chunks(LANES) {
             let last = places.len() - 1;
             let of = |lane: usize| &self.spheres[places[lane.min(last)]];
-            let records = std::array::from_fn(|lane| &of(lane).record);
-            let spheres = EightSpheres::of(records.iter().map(|record| record.sphere));
-            let depths = Depths::new(grid, &tile.rectangles(&records), &spheres);
+            let eight = EightRecords::new(&std::array::from_fn(|lane| of(lane).record));
+            let depths = Depths::new(grid, &tile.rectangles(&eight), &eight.spheres);
             let lower = std::array::from_fn(|lane| of(lane).lower);
             let upper = std::array::from_fn(|lane| of(lane).upper);
             let ranges = depths.ranges(lower, upper);

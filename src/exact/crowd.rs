@@ -10,16 +10,15 @@ use wide::f32x8;
 
 use super::{
     Bounds,
-    bins::{Bins, Record},
-    coverage::{Tile, eight},
+    bins::{Bins, EightBoxes, EightRecords, Record},
+    coverage::Tile,
     decide::Candidate,
-    depths::Depths,
-    grid::{EightSpheres, Grid},
-    packet::{Meeting, PixelRow, SIDE},
-    paint::colour_lane,
+    depths::{Depths, FloatDepths},
+    grid::Grid,
+    packet::{InDoubles, Meetings, PixelRow, SIDE},
     set_bits,
 };
-use crate::spheres::{LANES, Rgb};
+use crate::spheres::LANES;
 
 /// Boxes that would cover a tile so many times are worth ordering, if on the average
 /// they are of so many pixels.
@@ -30,7 +29,7 @@ const LABORIOUS: usize = 16;
 const SAMPLE: usize = 16;
 
 /// So many open pixels in a tile are no accident: some spheres may be equal.
-const MANY_OPEN: u32 = 64;
+const MANY_OPEN: usize = 64;
 
 /// After so many packets, those of a whole tile, and again after each quarter more, it
 /// is asked what the spheres before hide.
@@ -40,37 +39,49 @@ const FIRST_FLOORS: u64 = (SIDE * BLOCKS) as u64;
 /// bits of a `u64`.
 const BLOCKS: usize = SIDE / LANES;
 
+/// A pixel of a tile that packets left open.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OpenPixel {
+    pub(super) column: u8,
+    pub(super) row: u8,
+    /// What is seen has no smaller inverse depth.
+    pub(super) lower: f32,
+}
+
 /// A tile of many spheres.
 pub(super) struct CrowdedTile<'a> {
     pub(super) grid: &'a Grid,
     pub(super) bins: &'a Bins,
     pub(super) bounds: Bounds,
-    pub(super) background: Rgb,
     pub(super) tile: Tile,
 }
 
-impl<'a> CrowdedTile<'a> {
-    /// The small spheres that may be nearer than `floor`, in file order.
-    fn small(&self, floor: f32) -> impl Iterator<Item = &'a Record> + Clone {
-        let tile = self.tile;
-        self.runs()
-            .flatten()
-            .filter(move |record| record.upper >= floor && !tile.is_beside(record))
-    }
-
-    fn runs(&self) -> impl Iterator<Item = &'a [Record]> + Clone {
+impl CrowdedTile<'_> {
+    /// Appends the small spheres that may be nearer than `floor`, in file order.
+    fn append_small(&self, floor: f32, records: &mut Vec<Record>) {
         let side = self.bins.side();
         let (column, row) = (self.tile.column / side, self.tile.row / side);
-        self.bins.records(column, row)
+        let whole = self.tile.first == 0 && self.tile.last == side as usize;
+        for run in self.bins.records(column, row) {
+            if whole && floor == f32::NEG_INFINITY {
+                records.extend_from_slice(run);
+            } else {
+                let seen = |record: &&Record| record.upper >= floor && !self.tile.is_beside(record);
+                records.extend(run.iter().filter(seen));
+            }
+        }
     }
 }
 
 /// Room for the spheres of a tile.
 #[derive(Debug, Default)]
 pub(super) struct Crowd {
-    /// What was met in the tile, all of it in one place, and the boxes of that.
-    met: Vec<Record>,
-    boxes: Vec<[u8; 4]>,
+    /// The spheres of the tile.
+    records: Vec<Record>,
+    /// Of those that were met, the boxes.
+    boxes: Vec<EightBoxes>,
+    /// Behind this, all is hidden by one large sphere.
+    floor: f32,
     sorted: Vec<Record>,
     keys: Vec<u64>,
     hidden: Hidden,
@@ -86,51 +97,65 @@ struct Hidden {
     /// Packets met.
     met: u64,
     next_floors: u64,
-    last: Option<Record>,
+    /// Whether the first sphere came again: then others may, too, and only an order
+    /// tells copies apart quickly.
+    copied: bool,
 }
 
 impl Crowd {
-    /// Meets all spheres of a tile, of whose pixels only the background is known. Returns in
-    /// how many packets.
+    /// Gathers the spheres of a tile, `large` ones and small ones. Returns whether an order
+    /// pays.
+    pub(super) fn gather(&mut self, crowded: &CrowdedTile<'_>, large: &mut Vec<Record>) -> bool {
+        self.floor = self.refine(crowded, large);
+        self.records.clear();
+        self.records.extend_from_slice(large);
+        crowded.append_small(self.floor, &mut self.records);
+        self.is_deep(large.len())
+    }
+
+    /// Meets the spheres of a tile, of whose pixels only the background is known; if
+    /// `sorted`, the nearest first. Returns in how many packets.
     pub(super) fn meet(
         &mut self,
         crowded: &CrowdedTile<'_>,
-        large: &mut Vec<Record>,
+        sorted: bool,
         pixels: &mut [PixelRow],
     ) -> u64 {
-        let floor = self.refine(crowded, large);
-        let deep = is_deep(crowded, large, floor) || has_copies(crowded, floor);
         if crowded.bounds == Bounds::Ignored {
-            self.meet_all::<false>(crowded, large, floor, deep, pixels);
-            return self.hidden.met;
+            self.meet_all::<false>(crowded, sorted, pixels);
+        } else {
+            self.meet_all::<true>(crowded, sorted, pixels);
         }
-        self.meet_all::<true>(crowded, large, floor, deep, pixels);
-        let met = self.hidden.met;
-        if deep || count_open(&crowded.tile, pixels) <= MANY_OPEN {
-            return met;
-        }
-        let background = colour_lane(crowded.background);
-        for row in &mut pixels[crowded.tile.first..crowded.tile.last] {
-            row.clear(background);
-        }
-        self.meet_all::<true>(crowded, large, floor, true, pixels);
-        met + self.hidden.met
+        self.hidden.met
     }
 
-    /// The spheres that were met and may be seen in a pixel.
-    pub(super) fn gather(&self, column: usize, row: usize, candidates: &mut Vec<Candidate>) {
-        let (column, row) = (column as u8, row as u8);
-        let holds = |&[left, right, top, bottom]: &[u8; 4]| {
-            (left <= column) & (column <= right) & (top <= row) & (row <= bottom)
-        };
+    /// Whether copies leave so many pixels open that the spheres should be met in order.
+    pub(super) fn may_hold_copies(&self, open: usize) -> bool {
+        self.hidden.copied || open > MANY_OPEN
+    }
+
+    /// Whether the boxes of a tile lie so deep that an order pays, by the large ones and a
+    /// sample of the others.
+    fn is_deep(&self, large: usize) -> bool {
+        let (large, small) = self.records.split_at(large);
+        let sample = small.iter().step_by(SAMPLE);
+        let count = sample.len() + large.len();
+        let sample = sample.map(Record::area).sum::<usize>();
+        let large = large.iter().map(Record::area).sum::<usize>();
+        sample + large >= LABORIOUS * count && sample * SAMPLE + large >= DEEP * SIDE * SIDE
+    }
+
+    /// The spheres that may be seen in an open pixel.
+    pub(super) fn candidates(&self, pixel: &OpenPixel, candidates: &mut Vec<Candidate>) {
         candidates.clear();
-        let boxes = self.boxes.chunks(4 * LANES);
-        for (boxes, records) in boxes.zip(self.met.chunks(4 * LANES)) {
-            // Most boxes don't hold the pixel: many are asked at a time.
-            if boxes.iter().fold(false, |any, sides| any | holds(sides)) {
-                let holding = boxes.iter().zip(records);
-                let holding = holding.filter(|(sides, _)| holds(sides));
-                candidates.extend(holding.map(|(_, record)| record.candidate()));
+        for (boxes, records) in self.boxes.iter().zip(self.records.chunks(LANES)) {
+            for lane in set_bits(u64::from(boxes.holding(pixel.column, pixel.row))) {
+                // A chunk of fewer is filled with its last.
+                if let Some(record) = records.get(lane)
+                    && record.upper >= pixel.lower
+                {
+                    candidates.push(record.candidate());
+                }
             }
         }
     }
@@ -144,10 +169,11 @@ impl Crowd {
         }
         let tile = &crowded.tile;
         for chunk in large.chunks_mut(LANES) {
-            let records = eight(chunk);
-            let spheres = EightSpheres::of(records.iter().map(|record| record.sphere));
-            let depths = Depths::new(crowded.grid, &tile.rectangles(&records), &spheres);
-            let ranges = depths.ranges([0.0; LANES], records.map(|record| record.upper));
+            let eight = EightRecords::of(chunk);
+            let depths = Depths::new(crowded.grid, &tile.rectangles(&eight), &eight.spheres);
+            let last = chunk.len() - 1;
+            let uppers = std::array::from_fn(|lane| chunk[lane.min(last)].upper);
+            let ranges = depths.ranges([0.0; LANES], uppers);
             for (lane, record) in chunk.iter_mut().enumerate() {
                 record.upper = ranges.upper[lane];
                 if ranges.covered >> lane & 1 == 1 && tile.is_all_of(record) {
@@ -159,146 +185,139 @@ impl Crowd {
         floor
     }
 
-    /// All spheres of the tile, if `sorted` the nearest first and each only in the blocks
-    /// where it isn't hidden.
+    /// Meets all spheres of the tile; if `sorted`, the nearest first and each only in the
+    /// blocks where it isn't hidden.
     fn meet_all<const PROVEN: bool>(
         &mut self,
         crowded: &CrowdedTile<'_>,
-        large: &[Record],
-        floor: f32,
         sorted: bool,
         pixels: &mut [PixelRow],
     ) {
-        self.met.clear();
         self.boxes.clear();
         self.hidden = Hidden {
-            floor,
+            floor: self.floor,
             next_floors: FIRST_FLOORS,
             ..Hidden::default()
         };
-        let all = large.iter().chain(crowded.small(floor));
         if sorted {
-            let mut records = std::mem::take(&mut self.sorted);
-            records.clear();
-            records.extend(all);
-            let mut keys = std::mem::take(&mut self.keys);
-            nearest_first(&records, &mut keys);
-            let nearest_first = keys.iter().map(|&key| &records[place(key)]);
-            in_eights(nearest_first, |eight| {
-                self.meet_eight::<PROVEN, true>(crowded, eight, pixels)
-            });
-            self.sorted = records;
-            self.keys = keys;
-        } else {
-            in_eights(all, |eight| {
-                self.meet_eight::<PROVEN, false>(crowded, eight, pixels)
-            });
+            nearest_first(&mut self.records, &mut self.sorted, &mut self.keys);
         }
+        let records = std::mem::take(&mut self.records);
+        for eight in records.chunks(LANES) {
+            let flow = if sorted {
+                self.meet_sorted::<PROVEN>(crowded, eight, pixels)
+            } else {
+                self.meet_unsorted::<PROVEN>(crowded, eight, &records[0], pixels)
+            };
+            if flow.is_break() {
+                break;
+            }
+        }
+        self.records = records;
     }
 
-    /// Meets up to eight spheres; if they are `SORTED`, what is hidden by those before
-    /// is left out. Breaks if all that follow are hidden.
+    /// Meets up to eight spheres. Breaks if the first sphere of the tile is among them again.
     #[inline]
-    fn meet_eight<const PROVEN: bool, const SORTED: bool>(
+    fn meet_unsorted<const PROVEN: bool>(
+        &mut self,
+        crowded: &CrowdedTile<'_>,
+        records: &[Record],
+        first: &Record,
+        pixels: &mut [PixelRow],
+    ) -> ControlFlow<()> {
+        let eight = EightRecords::of(records);
+        let within = u32::MAX >> (u32::BITS - records.len() as u32);
+        let copies = eight.spheres.equal(&first.sphere) & within;
+        if PROVEN && copies.count_ones() > u32::from(self.boxes.is_empty()) {
+            self.hidden.copied = true;
+            return ControlFlow::Break(());
+        }
+        let depths = crowded.depths(&eight);
+        let meetings = Meetings::new(&depths, &eight);
+        self.boxes.push(eight.boxes);
+        if eight.boxes.narrow() & depths.known & within == within {
+            for lane in 0..records.len() {
+                self.hidden.met += meetings.narrow::<PROVEN>(lane, pixels);
+            }
+            return ControlFlow::Continue(());
+        }
+        for (lane, record) in records.iter().enumerate() {
+            self.hidden.met += crowded.meet::<PROVEN>(&meetings, lane, record, pixels);
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Meets up to eight spheres where they are not hidden by those before. Breaks if all
+    /// that follow are hidden.
+    #[inline]
+    fn meet_sorted<const PROVEN: bool>(
         &mut self,
         crowded: &CrowdedTile<'_>,
         records: &[Record],
         pixels: &mut [PixelRow],
     ) -> ControlFlow<()> {
-        if SORTED && records[0].upper < self.hidden.floor {
+        if records[0].upper < self.hidden.floor {
             return ControlFlow::Break(());
         }
-        let spheres = EightSpheres::of(records.iter().map(|record| record.sphere));
-        let rectangles = crowded.tile.rectangles(&eight(records));
-        let depths = Depths::new(crowded.grid, &rectangles, &spheres).to_floats(crowded.bounds);
-        if !SORTED {
-            self.met.extend_from_slice(records);
-            self.boxes.extend(records.iter().map(Record::sides));
-        }
+        let eight = EightRecords::of(records);
+        let depths = crowded.depths(&eight);
+        let meetings = Meetings::new(&depths, &eight);
+        self.boxes.push(eight.boxes);
         for (lane, record) in records.iter().enumerate() {
-            let mut open = u64::MAX;
-            if SORTED {
-                // Of equal spheres the first of the file is seen; they sort together.
-                if self.hidden.last.is_some_and(|last| last.is_equal(record)) {
-                    continue;
-                }
-                self.hidden.last = Some(*record);
-                self.met.push(*record);
-                self.boxes.push(record.sides());
-                if let Some(floors) = &self.hidden.floors {
-                    let seen = |&block: &usize| record.upper >= floors[block];
-                    open = set_bits(blocks_of(record))
-                        .filter(seen)
-                        .fold(0, |open, block| open | 1 << block);
-                }
-            }
-            let meeting = Meeting {
-                depths: &depths,
-                lane,
-                colour: colour_lane(record.colour),
-                record,
-            };
-            let tile = &crowded.tile;
+            let open = self.hidden.open_blocks(record);
             self.hidden.met += if open == 0 {
                 0
-            } else if depths.known >> lane & 1 == 0 {
-                {
-                    let at = (tile.column, tile.row);
-                    meeting.in_doubles(pixels, crowded.grid, at, crowded.bounds, |_| u64::MAX)
-                }
-            } else if record.is_narrow() {
-                meeting.narrow::<PROVEN>(pixels)
-            } else if open == u64::MAX {
-                let [left, right, top, bottom] = record.sides().map(usize::from);
-                meeting.wide::<PROVEN>(pixels, (left, right + 1), (top, bottom + 1))
+            } else if open == u64::MAX || record.is_narrow() || depths.known >> lane & 1 == 0 {
+                crowded.meet::<PROVEN>(&meetings, lane, record, pixels)
             } else {
-                meet_blocks::<PROVEN>(&meeting, pixels, open)
+                meet_blocks::<PROVEN>(&meetings, lane, record, pixels, open)
             };
-            if PROVEN && SORTED && self.hidden.met >= self.hidden.next_floors {
-                self.hidden.ask(tile, pixels);
+            if PROVEN && self.hidden.met >= self.hidden.next_floors {
+                self.hidden.ask(&crowded.tile, pixels);
             }
         }
         ControlFlow::Continue(())
     }
 }
 
-/// Whether the boxes of a tile lie so deep that an order pays, by a sample of them.
-fn is_deep(crowded: &CrowdedTile<'_>, large: &[Record], floor: f32) -> bool {
-    let sample = crowded.runs().flat_map(|run| run.iter().step_by(SAMPLE));
-    let sample = sample.filter(|record| record.upper >= floor);
-    let sum = |(count, area), record: &Record| (count + 1, area + record.area());
-    let (count, area) = sample.fold((0, 0), sum);
-    let large_area = large.iter().map(Record::area).sum::<usize>();
-    let overdraw = area * SAMPLE + large_area;
-    let laborious = area + large_area >= LABORIOUS * (count + large.len());
-    laborious && overdraw >= DEEP * SIDE * SIDE
-}
+impl CrowdedTile<'_> {
+    #[inline]
+    fn depths(&self, eight: &EightRecords) -> FloatDepths {
+        let rectangles = self.tile.rectangles(eight);
+        Depths::new(self.grid, &rectangles, &eight.spheres).to_floats(self.bounds)
+    }
 
-/// Whether the first of the small spheres comes again: then others may, too, and only an
-/// order tells copies apart quickly.
-fn has_copies(crowded: &CrowdedTile<'_>, floor: f32) -> bool {
-    let mut small = crowded.small(floor);
-    let first = small.next();
-    first.is_some_and(|first| small.any(|record| record.is_equal(first)))
-}
-
-fn count_open(tile: &Tile, pixels: &[PixelRow]) -> u32 {
-    let open = |row: &PixelRow| {
-        let packets = (0..tile.width).step_by(LANES);
-        packets
-            .map(|first| row.open(first).count_ones())
-            .sum::<u32>()
-    };
-    pixels[tile.first..tile.last].iter().map(open).sum()
+    /// Meets a sphere in all of its box.
+    #[inline]
+    fn meet<const PROVEN: bool>(
+        &self,
+        meetings: &Meetings<'_>,
+        lane: usize,
+        record: &Record,
+        pixels: &mut [PixelRow],
+    ) -> u64 {
+        if meetings.depths.known >> lane & 1 == 0 {
+            let corner = (self.tile.column, self.tile.row);
+            let in_doubles = InDoubles::new(self.grid, self.bounds, corner, record.sphere);
+            meetings.in_doubles(lane, pixels, &in_doubles, |_| u64::MAX)
+        } else if record.is_narrow() {
+            meetings.narrow::<PROVEN>(lane, pixels)
+        } else {
+            let [left, right, top, bottom] = record.sides().map(usize::from);
+            meetings.wide::<PROVEN>(lane, pixels, (left, right + 1), (top, bottom + 1))
+        }
+    }
 }
 
 /// Meets a sphere in some blocks of its box, and perhaps beside them.
 fn meet_blocks<const PROVEN: bool>(
-    meeting: &Meeting<'_>,
+    meetings: &Meetings<'_>,
+    lane: usize,
+    record: &Record,
     pixels: &mut [PixelRow],
     blocks: u64,
 ) -> u64 {
-    let [left, right, top, bottom] = meeting.record.sides().map(usize::from);
+    let [left, right, top, bottom] = record.sides().map(usize::from);
     let mut met = 0;
     for down in top / LANES..bottom / LANES + 1 {
         let in_row = blocks >> (down * BLOCKS) & 0xff;
@@ -308,12 +327,22 @@ fn meet_blocks<const PROVEN: bool>(
         let from = left.max(in_row.trailing_zeros() as usize * LANES);
         let to = (right + 1).min((64 - in_row.leading_zeros() as usize) * LANES);
         let rows = (top.max(down * LANES), (bottom + 1).min((down + 1) * LANES));
-        met += meeting.wide::<PROVEN>(pixels, (from, to), rows);
+        met += meetings.wide::<PROVEN>(lane, pixels, (from, to), rows);
     }
     met
 }
 
 impl Hidden {
+    /// The blocks in which a sphere may be seen; all if that was not asked.
+    fn open_blocks(&self, record: &Record) -> u64 {
+        let Some(floors) = &self.floors else {
+            return u64::MAX;
+        };
+        let seen = |&block: &usize| record.upper >= floors[block];
+        let blocks = set_bits(blocks_of(record)).filter(seen);
+        blocks.fold(0, |open, block| open | 1 << block)
+    }
+
     /// Asks what the leaders of each block hide.
     fn ask(&mut self, tile: &Tile, pixels: &[PixelRow]) {
         self.next_floors = self.met + (self.met / 4).max(FIRST_FLOORS);
@@ -324,7 +353,7 @@ impl Hidden {
             for column in 0..tile.width.div_ceil(LANES) {
                 let floor = rows
                     .iter()
-                    .map(|row| row.floor(column * LANES))
+                    .map(|row| row.lower(column * LANES))
                     .fold(f32x8::splat(f32::INFINITY), f32x8::fast_min);
                 let floor = floor.to_array().into_iter().fold(f32::INFINITY, f32::min);
                 floors[row * BLOCKS + column] = floor;
@@ -336,48 +365,25 @@ impl Hidden {
     }
 }
 
-/// Visits records eight at a time, the last time maybe fewer.
-#[inline]
-fn in_eights<'a>(
-    mut records: impl Iterator<Item = &'a Record>,
-    mut visit: impl FnMut(&[Record]) -> ControlFlow<()>,
-) {
-    let mut eight = [Record::default(); LANES];
-    let mut count = 0;
-    let flow = records.try_for_each(|record| {
-        eight[count] = *record;
-        count = (count + 1) % LANES;
-        if count == 0 {
-            visit(&eight)
-        } else {
-            ControlFlow::Continue(())
-        }
-    });
-    if flow.is_continue() && count > 0 {
-        let _ = visit(&eight[..count]);
-    }
-}
-
-/// Which record a key is of.
-fn place(key: u64) -> usize {
-    key as u32 as usize
-}
-
-/// Keys of records, the nearest first; equal spheres stand together, the first of the
-/// file before the others.
-fn nearest_first(records: &[Record], keys: &mut Vec<u64>) {
+/// Sorts records, the nearest first; of equal spheres the first of the file stays.
+fn nearest_first(records: &mut Vec<Record>, sorted: &mut Vec<Record>, keys: &mut Vec<u64>) {
     keys.clear();
-    // Depths are not negative, so their bits are ordered as they are.
+    // Inverse depths are not negative, so their bits are ordered as they are.
     let key = |(at, record): (u64, &Record)| u64::from(!record.upper.to_bits()) << 32 | at;
-    keys.extend((0..).zip(records).map(key));
+    keys.extend((0..).zip(&*records).map(key));
     keys.sort_unstable();
+    let record = |key: u64| &records[key as u32 as usize];
     // Only those that are equally near can be equal.
     let alike = |a: &u64, b: &u64| a >> 32 == b >> 32;
     for alike in keys.chunk_by_mut(alike) {
         if alike.len() > 1 {
-            alike.sort_unstable_by(|&a, &b| records[place(a)].cmp_spheres(&records[place(b)]));
+            alike.sort_unstable_by(|&a, &b| record(a).cmp_spheres(record(b)));
         }
     }
+    keys.dedup_by(|later, first| record(*later).is_equal(record(*first)));
+    sorted.clear();
+    sorted.extend(keys.iter().map(|&key| record(key)));
+    std::mem::swap(records, sorted);
 }
 
 /// The blocks of a sphere's box.

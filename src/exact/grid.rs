@@ -120,6 +120,14 @@ impl EightSpheres {
         Self::new(components)
     }
 
+    /// The lanes that are equal to a sphere; minus zero is zero.
+    #[inline]
+    pub(super) fn equal(&self, sphere: &[f32; 4]) -> u32 {
+        let [x, y, z, r] = sphere.map(|length| splat(f64::from(length)));
+        let centre = self.x.simd_eq(x) & self.y.simd_eq(y) & self.z.simd_eq(z);
+        (centre & self.r.simd_eq(r)).to_bitmask()
+    }
+
     pub(super) fn sphere(&self, lane: usize) -> Sphere {
         let float = |lanes: &f64x8| lanes.as_array()[lane] as f32;
         Sphere {

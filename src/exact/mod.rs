@@ -46,18 +46,19 @@ mod tests;
 #[cfg(test)]
 mod trials;
 pub(crate) mod tuning;
+mod workspace;
 
 #[doc = include_str!("proof.md")]
 pub mod proof {}
 
 use std::ops::Range;
 
-pub(crate) use band::Scratch;
 use bins::Bins;
 use boxes::Boxes;
 pub use counts::Counts;
 use grid::{EightSpheres, Grid};
 use tuning::{Bounds, Tuning};
+pub use workspace::Workspace;
 
 use crate::{
     camera::{Camera, ImageSize},
@@ -99,13 +100,19 @@ pub(crate) struct Engine<'scene> {
     grid: Grid,
     bins: Bins,
     bounds: Bounds,
+    workspace: Workspace,
 }
 
 impl<'scene> Engine<'scene> {
     /// # Panics
     ///
     /// If the tile's side is not 8, 16, 32 or 64.
-    pub(crate) fn new(scene: &'scene Scene, camera: Camera, tuning: Tuning) -> Self {
+    pub(crate) fn new(
+        scene: &'scene Scene,
+        camera: Camera,
+        tuning: Tuning,
+        workspace: Workspace,
+    ) -> Self {
         let Tuning { tile, bounds } = tuning;
         assert!(
             tile.is_power_of_two() && (8..=64).contains(&tile),
@@ -115,10 +122,16 @@ impl<'scene> Engine<'scene> {
         grid.scale = scale_of(&scene.spheres, &grid);
         Self {
             scene,
-            bins: Bins::new(&scene.spheres, &grid, tile, bounds),
+            bins: Bins::new(&scene.spheres, &grid, tile, bounds, &workspace),
             grid,
             bounds,
+            workspace,
         }
+    }
+
+    pub(crate) fn into_workspace(self) -> Workspace {
+        self.bins.return_to(&self.workspace);
+        self.workspace
     }
 
     /// Rows of the bands the engine draws: a row of tiles.

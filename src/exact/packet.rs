@@ -6,17 +6,20 @@
 //! lower = b - spread + sqrt(d - d_spread)     NaN: not surely hit
 //! ```
 //!
-//! Per pixel it is enough to keep the leader, the sphere of the greatest `lower`,
-//! and the greatest `upper` among its rivals: the leader is seen if its `lower` is
-//! above that. The background leads with 0, and what lies behind the camera is
-//! negative. A comparison with NaN is false, so a miss changes nothing and a
+//! Per pixel it is enough to keep the leader, of the spheres that are surely hit that of
+//! the greatest `upper`, and the greatest `upper` among its rivals: the leader is seen if
+//! its `lower` is above that. The background leads with 0, and what lies behind the
+//! camera is negative. A comparison with NaN is false, so a miss changes nothing and a
 //! doubtful hit never leads. What is left open goes to [`decide`](super::decide).
+//!
+//! Of the leader's `lower` only `upper - lower` is kept, rounded up to a power of two:
+//! its exponent is the fourth byte of the colour.
 
-use wide::{f32x8, f64x8};
+use wide::{f32x8, f64x8, u32x8};
 
 use super::{
     Bounds,
-    bins::Record,
+    bins::{EightBoxes, EightRecords},
     bounds::U,
     depths::FloatDepths,
     grid::{Grid, float_above, float_below},
@@ -35,25 +38,41 @@ pub(super) const SIDE: usize = 64;
 /// there is room for one that begins at the last pixel.
 #[derive(Clone, Debug)]
 pub(super) struct PixelRow {
-    lower: [f32; SIDE + LANES],
+    /// The leader's.
     upper: [f32; SIDE + LANES],
     /// The greatest `upper` of all but the leader.
     rival: [f32; SIDE + LANES],
-    /// The leader's colour, in the bits.
-    colour: [f32; SIDE + LANES],
+    /// The leader's colour, and the exponent of the width of its interval.
+    colour: [u32; SIDE + LANES],
 }
 
 /// The packet that begins at a pixel of a row.
 #[inline(always)]
-fn packet(of: &[f32; SIDE + LANES], first: usize) -> f32x8 {
+fn packet<T: Copy, P: From<[T; LANES]>>(of: &[T; SIDE + LANES], first: usize) -> P {
     let first = first % SIDE;
-    f32x8::new(std::array::from_fn(|lane| of[first + lane]))
+    P::from(std::array::from_fn(|lane| of[first + lane]))
 }
 
 #[inline(always)]
-fn put(of: &mut [f32; SIDE + LANES], first: usize, lanes: f32x8) {
+fn put<T: Copy>(of: &mut [T; SIDE + LANES], first: usize, lanes: [T; LANES]) {
     let first = first % SIDE;
-    of[first..first + LANES].copy_from_slice(lanes.as_array());
+    of[first..first + LANES].copy_from_slice(&lanes);
+}
+
+/// The exponents of powers of two above some widths, none negative, as the fourth bytes
+/// of colours. Beyond the greatest float it is infinity.
+#[inline(always)]
+fn exponents(widths: f32x8) -> u32x8 {
+    let bits: u32x8 = bytemuck::cast(widths);
+    let exponents = ((bits >> 23_u32) + u32x8::splat(1)).min(u32x8::splat(0xff)) << 24_u32;
+    u32x8::new(exponents.to_array().map(u32::to_le))
+}
+
+/// The widths that colours carry.
+#[inline(always)]
+fn widths(colours: u32x8) -> f32x8 {
+    let colours = u32x8::new(colours.to_array().map(u32::from_le));
+    bytemuck::cast((colours >> 24_u32) << 23_u32)
 }
 
 /// A sphere's terms in the columns of a packet; what is left is a matter of the row,
@@ -71,13 +90,14 @@ struct Terms {
     /// [`FloatDepths::clear`] and `clear_spread` if `CLEAR`, else `d_spread` and `spread`.
     d_spread: f32x8,
     spread: f32x8,
-    colour: f32x8,
+    /// If `CLEAR`, with the exponent of `spread`.
+    colour: u32x8,
 }
 
 impl Terms {
     /// Of columns `p` from the middle of the rectangle.
     #[inline(always)]
-    fn new<const CLEAR: bool>(depths: &FloatDepths, lane: usize, p: f32x8, colour: f32) -> Self {
+    fn new<const CLEAR: bool>(depths: &FloatDepths, lane: usize, p: f32x8, colour: u32) -> Self {
         let splat = |of: &[f32; LANES]| f32x8::splat(of[lane]);
         let (d_spread, spread) = if CLEAR {
             (&depths.clear, &depths.clear_spread)
@@ -93,26 +113,24 @@ impl Terms {
             b1: splat(&depths.b01),
             d_spread: splat(d_spread),
             spread: splat(spread),
-            colour: f32x8::splat(colour),
+            colour: u32x8::splat(colour),
         }
     }
 }
 
 impl PixelRow {
     /// Only the background is known, by its colour lane.
-    pub(super) fn new(background: f32) -> Self {
+    pub(super) fn new(background: u32) -> Self {
         Self {
-            lower: [0.0; SIDE + LANES],
-            upper: [f32::NEG_INFINITY; SIDE + LANES],
+            upper: [0.0; SIDE + LANES],
             rival: [f32::NEG_INFINITY; SIDE + LANES],
             colour: [background; SIDE + LANES],
         }
     }
 
     /// As [`new`](Self::new).
-    pub(super) fn clear(&mut self, background: f32) {
-        self.lower.fill(0.0);
-        self.upper.fill(f32::NEG_INFINITY);
+    pub(super) fn clear(&mut self, background: u32) {
+        self.upper.fill(0.0);
         self.rival.fill(f32::NEG_INFINITY);
         self.colour.fill(background);
     }
@@ -128,52 +146,66 @@ impl PixelRow {
         let d = terms.d2.mul_add(q, terms.d1).mul_add(q, terms.d0);
         let b = terms.b1.mul_add(q, terms.b0);
         let upper = b + d.sqrt();
+        let leader: f32x8 = packet(&self.upper, first);
+        let leads = upper.simd_gt(leader);
         if !PROVEN {
-            let leader = packet(&self.lower, first);
-            let leads = upper.simd_gt(leader);
-            let colour = packet(&self.colour, first);
-            put(&mut self.lower, first, leads.select(upper, leader));
-            put(&mut self.colour, first, leads.select(terms.colour, colour));
-            return;
-        }
-        let leader = packet(&self.lower, first);
-        if CLEAR {
-            let lower = upper - terms.spread;
-            let leads = lower.simd_gt(leader) & d.simd_gt(terms.d_spread);
-            self.update(first, lower, upper, leads, terms.colour);
+            self.lead(first, upper, leads, terms.colour);
+        } else if CLEAR {
+            self.update(
+                first,
+                upper,
+                leads & d.simd_gt(terms.d_spread),
+                terms.colour,
+            );
         } else {
             let lower = (b - terms.spread) + (d - terms.d_spread).sqrt();
-            self.update(first, lower, upper, lower.simd_gt(leader), terms.colour);
+            let colour = terms.colour | exponents(upper - lower);
+            self.update(first, upper, leads & d.simd_gt(terms.d_spread), colour);
         }
     }
 
-    /// Takes a sphere's bounds in; it leads where `leads` is set.
+    /// Takes a sphere in; it leads where `leads` is set.
     #[inline(always)]
-    fn update(&mut self, first: usize, lower: f32x8, upper: f32x8, leads: f32x8, colour: f32x8) {
-        let leader_upper = packet(&self.upper, first);
-        let rival = packet(&self.rival, first);
-        let loser = leads.select(leader_upper, upper);
+    fn update(&mut self, first: usize, upper: f32x8, leads: f32x8, colour: u32x8) {
+        let rival: f32x8 = packet(&self.rival, first);
+        let loser = leads.select(packet(&self.upper, first), upper);
         let rival = loser.simd_gt(rival).select(loser, rival);
-        put(&mut self.rival, first, rival);
-        put(&mut self.upper, first, leads.select(upper, leader_upper));
-        let leader = packet(&self.lower, first);
-        put(&mut self.lower, first, leads.select(lower, leader));
-        let old = packet(&self.colour, first);
-        put(&mut self.colour, first, leads.select(colour, old));
+        put(&mut self.rival, first, rival.to_array());
+        self.lead(first, upper, leads, colour);
+    }
+
+    #[inline(always)]
+    fn lead(&mut self, first: usize, upper: f32x8, leads: f32x8, colour: u32x8) {
+        let upper = leads.select(upper, packet(&self.upper, first));
+        put(&mut self.upper, first, upper.to_array());
+        let old: u32x8 = packet(&self.colour, first);
+        let colour: f32x8 = leads.select(bytemuck::cast(colour), bytemuck::cast(old));
+        put(&mut self.colour, first, bytemuck::cast(colour));
+    }
+
+    /// No sphere that is farther than this is seen in eight pixels; never NaN.
+    #[inline(always)]
+    pub(super) fn lower(&self, first: usize) -> f32x8 {
+        let lower = packet::<_, f32x8>(&self.upper, first) - widths(self.colours(first));
+        // An infinite bound of an infinite width says nothing.
+        let number = lower.simd_eq(lower);
+        number.select(lower, f32x8::splat(f32::NEG_INFINITY))
     }
 
     /// The lanes of a packet that no interval settles.
     #[inline(always)]
-    pub(super) fn open(&self, first: usize) -> u32 {
-        let (lower, rival) = (packet(&self.lower, first), packet(&self.rival, first));
-        !lower.simd_gt(rival).to_bitmask() & 0xff
+    pub(super) fn open_lanes(&self, first: usize) -> u32 {
+        let rival: f32x8 = packet(&self.rival, first);
+        !self.lower(first).simd_gt(rival).to_bitmask() & 0xff
     }
 
     /// The pixels that no interval settles, of `width` pixels.
     #[inline]
-    pub(super) fn all_open(&self, width: usize) -> u64 {
+    pub(super) fn open(&self, width: usize) -> u64 {
         let packets = (0..SIDE).step_by(LANES);
-        let open = packets.fold(0, |open, first| open | u64::from(self.open(first)) << first);
+        let open = packets.fold(0, |open, first| {
+            open | u64::from(self.open_lanes(first)) << first
+        });
         open & u64::MAX >> (SIDE - width)
     }
 
@@ -192,52 +224,57 @@ impl PixelRow {
 
     /// The leaders' colour lanes.
     #[inline(always)]
-    pub(super) fn colours(&self, first: usize) -> f32x8 {
+    pub(super) fn colours(&self, first: usize) -> u32x8 {
         packet(&self.colour, first)
     }
-
-    /// The least `lower` of eight pixels.
-    pub(super) fn floor(&self, first: usize) -> f32x8 {
-        packet(&self.lower, first)
-    }
 }
 
-/// A sphere to be met: a lane of [`FloatDepths`], its colour lane, and its box.
-pub(super) struct Meeting<'a> {
+/// Eight spheres to be met: their inverse depths, colours and boxes.
+#[derive(Debug)]
+pub(super) struct Meetings<'a> {
     pub(super) depths: &'a FloatDepths,
-    pub(super) lane: usize,
-    pub(super) colour: f32,
-    pub(super) record: &'a Record,
+    boxes: EightBoxes,
+    colours: [u32; LANES],
+    /// With the exponents of [`FloatDepths::clear_spread`].
+    clear_colours: [u32; LANES],
 }
 
-impl Meeting<'_> {
+impl<'a> Meetings<'a> {
+    #[inline]
+    pub(super) fn new(depths: &'a FloatDepths, records: &EightRecords) -> Self {
+        let clear = exponents(f32x8::new(depths.clear_spread));
+        Self {
+            depths,
+            boxes: records.boxes,
+            colours: records.colours.to_array(),
+            clear_colours: (records.colours | clear).to_array(),
+        }
+    }
+
     /// Meets a sphere of at most eight columns in one packet a row, wherever its box
     /// begins: what is met beside it is a miss. Returns in how many packets.
     #[inline(always)]
-    pub(super) fn narrow<const PROVEN: bool>(&self, rows: &mut [PixelRow]) -> u64 {
-        let [left, _, top, bottom] = self.record.sides().map(usize::from);
-        self.column::<PROVEN>(rows, left, (top, bottom + 1));
+    pub(super) fn narrow<const PROVEN: bool>(&self, lane: usize, rows: &mut [PixelRow]) -> u64 {
+        let [left, _, top, bottom] = self.boxes.sides(lane);
+        self.column::<PROVEN>(lane, rows, (left, 0), (top, bottom + 1, 0));
         (bottom + 1 - top) as u64
     }
 
-    /// Meets a sphere in the packets that begin at column `first` of its rows `top..bottom`.
+    /// Meets a sphere in the packets that begin at column `first` of its rows
+    /// `top..bottom`, so many columns and rows after the first of its box.
     #[inline(always)]
     fn column<const PROVEN: bool>(
         &self,
+        lane: usize,
         rows: &mut [PixelRow],
-        first: usize,
-        (top, bottom): (usize, usize),
+        (first, right): (usize, usize),
+        (top, bottom, down): (usize, usize, usize),
     ) {
-        let &Self {
-            depths,
-            lane,
-            colour,
-            record,
-        } = self;
-        let [left, _, box_top, _] = record.sides().map(usize::from);
-        let p = f32x8::splat((first - left) as f32 + depths.p[lane]);
+        let depths = self.depths;
+        let p = f32x8::splat(right as f32 + depths.p[lane]);
+        let colour = self.clear_colours[lane];
         let terms = Terms::new::<true>(depths, lane, f32x8::new(STEPS) + p, colour);
-        let mut q = f32x8::splat((top - box_top) as f32 + depths.q[lane]);
+        let mut q = f32x8::splat(down as f32 + depths.q[lane]);
         for row in &mut rows[top..bottom] {
             row.meet::<PROVEN, true>(&terms, first, q);
             q += f32x8::splat(1.0);
@@ -248,13 +285,16 @@ impl Meeting<'_> {
     /// them. Returns in how many packets.
     pub(super) fn wide<const PROVEN: bool>(
         &self,
+        lane: usize,
         rows: &mut [PixelRow],
         (from, to): (usize, usize),
         (top, bottom): (usize, usize),
     ) -> u64 {
+        let [box_left, _, box_top, _] = self.boxes.sides(lane);
         let mut met = 0;
         for first in (from..to).step_by(LANES) {
-            self.column::<PROVEN>(rows, first, (top, bottom));
+            let rows_met = (top, bottom, top - box_top);
+            self.column::<PROVEN>(lane, rows, (first, first - box_left), rows_met);
             met += (bottom - top) as u64;
         }
         met
@@ -264,20 +304,17 @@ impl Meeting<'_> {
     /// beside them.
     pub(super) fn masked<const PROVEN: bool>(
         &self,
+        lane: usize,
         rows: &mut [PixelRow],
         wanted: impl Fn(usize) -> u64,
     ) -> u64 {
-        let &Self {
-            depths,
-            lane,
-            colour,
-            record,
-        } = self;
-        let [left, right, top, bottom] = record.sides().map(usize::from);
+        let depths = self.depths;
+        let [left, right, top, bottom] = self.boxes.sides(lane);
         let mut met = 0;
         for first in (left..right + 1).step_by(LANES) {
             let p = f32x8::splat((first - left) as f32 + depths.p[lane]);
-            let terms = Terms::new::<false>(depths, lane, f32x8::new(STEPS) + p, colour);
+            let p = f32x8::new(STEPS) + p;
+            let terms = Terms::new::<false>(depths, lane, p, self.colours[lane]);
             let bits = 0xff << first;
             for (row, pixels) in (top..).zip(&mut rows[top..bottom + 1]) {
                 if wanted(row) & bits == 0 {
@@ -291,46 +328,75 @@ impl Meeting<'_> {
         met
     }
 
-    /// As [`masked`](Self::masked), in doubles, a sphere whose depths floats can't hold, in
-    /// the tile at `(column, row)`.
+    /// As [`masked`](Self::masked), in doubles, a sphere whose inverse depths floats can't
+    /// hold.
     #[cold]
     pub(super) fn in_doubles(
         &self,
+        lane: usize,
         rows: &mut [PixelRow],
-        grid: &Grid,
-        (column, row): (u32, u32),
-        bounds: Bounds,
+        in_doubles: &InDoubles<'_>,
         wanted: impl Fn(usize) -> u64,
     ) -> u64 {
-        let [left, right, top, bottom] = self.record.sides();
-        let targets = Targets::<f64x8>::of(std::iter::once(self.record.sphere));
-        let colour = f32x8::splat(self.colour);
-        let scale = grid.scale / grid.camera().z_double();
+        let [left, right, top, bottom] = self.boxes.sides(lane);
+        let colour = u32x8::splat(self.colours[lane]);
         let mut met = 0;
-        for line in top..=bottom {
-            for first in (left..=right).step_by(LANES) {
-                if wanted(usize::from(line)) & 0xff << first == 0 {
+        for (row, pixels) in (top..).zip(&mut rows[top..bottom + 1]) {
+            for first in (left..right + 1).step_by(LANES) {
+                if wanted(row) & 0xff << first == 0 {
                     continue;
                 }
-                let at = (column + u32::from(first), row + u32::from(line));
-                let rays = Rays::<f64x8>::of_row(grid.camera(), at.0, at.1);
-                let sights = Sights::new(&rays, &targets);
-                let below = |lower: f64| float_below(lower * scale * (1.0 - 4.0 * U));
-                let above = |upper: f64| float_above(upper * scale * (1.0 + 4.0 * U));
-                let (mut lower, mut upper) = (
-                    f32x8::new(sights.lower.to_array().map(below)),
-                    f32x8::new(sights.upper.to_array().map(above)),
-                );
-                if bounds == Bounds::Refused {
-                    (lower, upper) = (f32x8::splat(0.0), f32x8::splat(f32::INFINITY));
-                }
-                let pixels = &mut rows[usize::from(line)];
-                let leads = lower.simd_gt(packet(&pixels.lower, usize::from(first)));
-                pixels.update(usize::from(first), lower, upper, leads, colour);
+                let (lower, upper) = in_doubles.interval(first, row);
+                let leader: f32x8 = packet(&pixels.upper, first);
+                let leads = upper.simd_gt(leader);
+                pixels.update(first, upper, leads, colour | exponents(upper - lower));
                 met += 1;
             }
         }
         met
+    }
+}
+
+/// A sphere to be met in doubles, in a tile.
+pub(super) struct InDoubles<'a> {
+    grid: &'a Grid,
+    bounds: Bounds,
+    /// The tile's first column and row.
+    corner: (u32, u32),
+    targets: Targets<f64x8>,
+    /// Inverse depths of a ray through the viewport times this are those of the grid.
+    scale: f64,
+}
+
+impl<'a> InDoubles<'a> {
+    pub(super) fn new(
+        grid: &'a Grid,
+        bounds: Bounds,
+        corner: (u32, u32),
+        sphere: [f32; 4],
+    ) -> Self {
+        Self {
+            grid,
+            bounds,
+            corner,
+            targets: Targets::of(std::iter::once(sphere)),
+            scale: grid.scale / grid.camera().z_double(),
+        }
+    }
+
+    /// The bounds of the inverse depths in eight pixels.
+    fn interval(&self, column: usize, row: usize) -> (f32x8, f32x8) {
+        if self.bounds == Bounds::Refused {
+            return (f32x8::splat(0.0), f32x8::splat(f32::INFINITY));
+        }
+        let (x, y) = (self.corner.0 + column as u32, self.corner.1 + row as u32);
+        let sights = Sights::new(&Rays::of_row(self.grid.camera(), x, y), &self.targets);
+        let below = |lower: f64| float_below(lower * self.scale * (1.0 - 4.0 * U));
+        let above = |upper: f64| float_above(upper * self.scale * (1.0 + 4.0 * U));
+        (
+            f32x8::new(sights.lower.to_array().map(below)),
+            f32x8::new(sights.upper.to_array().map(above)),
+        )
     }
 }
 

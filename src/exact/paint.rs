@@ -1,7 +1,8 @@
 //! Colours to bytes: runs of one colour, and packets of eight.
 
-use wide::{f32x8, i8x32, u8x32, u8x64};
+use wide::{i8x32, u8x16, u8x32, u8x64, u32x8};
 
+use super::set_bits;
 use crate::{
     camera::BYTES_PER_PIXEL,
     spheres::{LANES, Rgb},
@@ -89,31 +90,37 @@ impl Pattern {
     }
 }
 
-/// A colour in the bits of a float lane, its bytes in the order of the image.
+/// A colour as a lane, its bytes in the order of the image, and a fourth.
 #[inline]
-pub(super) fn colour_lane(colour: Rgb) -> f32 {
+pub(super) fn colour_lane(colour: Rgb) -> u32 {
     let [red, green, blue] = colour;
-    f32::from_bits(u32::from_ne_bytes([red, green, blue, 0]))
+    u32::from_ne_bytes([red, green, blue, 0])
 }
 
 /// The bytes of a colour lane.
 #[inline]
-pub(super) fn bytes_of(lane: f32) -> Rgb {
-    let [red, green, blue, _] = lane.to_bits().to_ne_bytes();
+pub(super) fn bytes_of(lane: u32) -> Rgb {
+    let [red, green, blue, _] = lane.to_ne_bytes();
     [red, green, blue]
 }
 
 /// Bytes of four pixels.
 const FOUR: usize = 4 * BYTES_PER_PIXEL;
 
+/// The first three bytes of each lane, in two halves.
+#[inline(always)]
+fn halves(lanes: u32x8) -> [[u8; 16]; 2] {
+    const DROP_FOURTH: [i8; 16] = [0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, -1, -1, -1, -1];
+    let order: i8x32 = bytemuck::cast([DROP_FOURTH; 2]);
+    let bytes: u8x32 = bytemuck::cast(lanes);
+    bytemuck::cast(bytes.swizzle_half(order))
+}
+
 /// Writes eight pixels at the beginning of `line`, or as many as it has room for. Of
 /// what follows them in it, the first bytes are overwritten.
 #[inline(always)]
-pub(super) fn put_eight(line: &mut [u8], colours: f32x8) {
-    const DROP_FOURTH: [i8; 16] = [0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, -1, -1, -1, -1];
-    let order: i8x32 = bytemuck::cast([DROP_FOURTH; 2]);
-    let bytes: u8x32 = bytemuck::cast(colours);
-    let halves: [[u8; 16]; 2] = bytemuck::cast(bytes.swizzle_half(order));
+pub(super) fn put_eight(line: &mut [u8], colours: u32x8) {
+    let halves = halves(colours);
     if let Some(line) = line.first_chunk_mut::<{ FOUR + 16 }>() {
         line[..16].copy_from_slice(&halves[0]);
         line[FOUR..].copy_from_slice(&halves[1]);
@@ -122,5 +129,26 @@ pub(super) fn put_eight(line: &mut [u8], colours: f32x8) {
         let (first, second) = line[..pixels].split_at_mut(FOUR.min(pixels));
         first.copy_from_slice(&halves[0][..first.len()]);
         second.copy_from_slice(&halves[1][..second.len()]);
+    }
+}
+
+/// Writes those of eight pixels at the beginning of `line` that have a bit in `wanted`.
+#[inline(always)]
+pub(super) fn put_some(line: &mut [u8], colours: u32x8, wanted: u32) {
+    if let Some(line) = line.first_chunk_mut::<{ FOUR + 16 }>() {
+        let bits = u32x8::new(std::array::from_fn(|lane| 1 << lane));
+        let wanted = (u32x8::splat(wanted) & bits).simd_eq(bits);
+        let (wanted, halves) = (halves(wanted), halves(colours));
+        for (half, at) in [0, FOUR].into_iter().enumerate() {
+            let (piece, _) = line[at..].as_chunks_mut::<16>();
+            let new =
+                u8x16::new(wanted[half]).select(u8x16::new(halves[half]), u8x16::new(piece[0]));
+            piece[0] = new.to_array();
+        }
+    } else {
+        for lane in set_bits(u64::from(wanted)) {
+            line[lane * BYTES_PER_PIXEL..][..BYTES_PER_PIXEL]
+                .copy_from_slice(&bytes_of(colours.as_array()[lane]));
+        }
     }
 }

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 
 use super::{
-    Bounds, Engine, Scratch, Tuning,
+    Bounds, Engine, Tuning, Workspace,
     band::{CROWD, SMALL_CROWD, colour_of},
     bins::{FEW_SPHERES, LEAST_TABLE, MOST_RUN},
     decide::decide,
@@ -30,7 +30,7 @@ fn size(width: u32, height: u32) -> ImageSize {
 
 fn tuned(scene: &Scene, size: ImageSize, tile: u32, bounds: Bounds) -> Renderer<'_> {
     let tuning = Tuning { tile, bounds };
-    Renderer::tuned(scene, size, Method::Exact, tuning)
+    Renderer::tuned(Workspace::default(), scene, size, Method::Exact, tuning)
 }
 
 fn draw(scene: &Scene, size: ImageSize, tile: u32, bounds: Bounds) -> Vec<u8> {
@@ -539,17 +539,38 @@ fn a_band_leaves_nothing_behind() {
     for (few, many) in [(20, 0), (0, 400), (10, 100)] {
         let scene = mixture(&[(Kind::Large, few), (Kind::Small, many)], 5);
         let camera = Camera::new(scene.viewport, size);
-        let engine = Engine::new(&scene, camera, Tuning::default());
-        let draw = |rows: Range<u32>, scratch: &mut Scratch| {
+        let engine = Engine::new(&scene, camera, Tuning::default(), Workspace::default());
+        let draw = |rows: Range<u32>| {
             let mut pixels = vec![0; rows.len() * size.row_bytes()];
-            engine.draw_band(rows, &mut pixels, scratch);
+            engine.draw_band(rows, &mut pixels);
             pixels
         };
-        let scratch = &mut Scratch::default();
-        let whole = draw(0..64, scratch);
+        let whole = draw(0..64);
         for rows in [0..1, 20..30, 63..64, 0..40] {
-            draw(rows, scratch);
-            assert!(whole == draw(0..64, scratch), "{few} and {many} spheres");
+            draw(rows);
+            assert!(whole == draw(0..64), "{few} and {many} spheres");
         }
+    }
+}
+
+/// A renderer draws the same in the memory that another one leaves, whatever that drew.
+#[test]
+fn memory_of_another_picture_leaves_nothing_behind() {
+    let size = size(200, 64);
+    let mut workspace = Workspace::default();
+    for (few, many) in [
+        (20, 0),
+        (0, 9_000),
+        (10, 100),
+        (1, 0),
+        (0, 40_000),
+        (3, 400),
+    ] {
+        let scene = mixture(&[(Kind::Large, few), (Kind::Small, many)], 7);
+        let again = Renderer::new_in(workspace, &scene, size, Method::Exact);
+        let mut pixels = vec![0; size.pixel_bytes()];
+        again.draw(0..size.height(), &mut pixels);
+        assert!(scene.render(size) == pixels, "{few} and {many} spheres");
+        workspace = again.into_workspace();
     }
 }

@@ -8,7 +8,7 @@ pub mod random;
 
 use crate::{
     camera::ImageSize,
-    render::{Method, Renderer},
+    render::{Method, Renderer, Workspace},
     scene::{Scene, SceneError},
 };
 pub use crate::{
@@ -19,7 +19,19 @@ pub use crate::{
 /// Like [`Renderer::new`], with settings of the engine.
 #[must_use]
 pub fn tuned(scene: &Scene, size: ImageSize, method: Method, tuning: Tuning) -> Renderer<'_> {
-    Renderer::tuned(scene, size, method, tuning)
+    tuned_in(Workspace::default(), scene, size, method, tuning)
+}
+
+/// As [`Renderer::new_in`], with the engine's knobs in hand.
+#[must_use]
+pub fn tuned_in(
+    workspace: Workspace,
+    scene: &Scene,
+    size: ImageSize,
+    method: Method,
+    tuning: Tuning,
+) -> Renderer<'_> {
+    Renderer::tuned(workspace, scene, size, method, tuning)
 }
 
 /// Like [`Scene::parse`], with settings of the reader.

@@ -6,6 +6,7 @@ use super::{Bounds, Columns, EightRows, Ends, LANES, Outline, Placement, Shape, 
 use crate::{
     camera::{Camera, ImageSize},
     exact::{
+        bins::EightRecords,
         grid::Grid,
         trials::{Dyadic, Random, Trial, each_trial},
     },
@@ -86,7 +87,7 @@ fn masks_hold_what_is_hit_and_no_more() {
             return Ok(());
         };
         let tile = trial.tile();
-        let rectangles = tile.rectangles(&[&record; LANES]);
+        let rectangles = tile.rectangles(&EightRecords::of(&[record]));
         let down = rectangles.down + splat(LANES as f64);
         let outline = placed(trial, &grid, rectangles.rows, down);
         match outline.shape {

@@ -1,34 +1,41 @@
 //! The intervals of packets, in floats and in doubles, against dyadic rationals.
 
 use super::{
-    Bounds, Grid, LANES, Meeting, PixelRow, Record, SIDE, STEPS, Terms, f32x8, f64x8, packet,
+    Bounds, EightRecords, Grid, InDoubles, LANES, Meetings, PixelRow, SIDE, STEPS, Terms,
+    exponents, f32x8, f64x8, packet, u32x8, widths,
 };
 use crate::exact::{
+    bins::Record,
     bounds::restated::{in_column, in_row},
     boxes::Boxes,
     depths::{Depths, FloatDepths},
+    paint::{bytes_of, colour_lane},
     trials::{Trial, each_trial, rectangles, scale},
 };
 
+/// The colours of the background and of the sphere.
+const BACKGROUND: u32 = 0;
+const COLOUR: [u8; 3] = [1, 2, 3];
+
 /// What is wrong with what a packet says of the exact `1/z`, if anything: it is in its
-/// interval if surely hit, not nearer if in doubt, and the pixel is not hit if missed.
+/// interval if settled, not nearer if in doubt, and the pixel is not hit if missed.
 /// Returns whether it is met, in doubt, or missed.
 fn judge(pixels: &PixelRow, at: usize, trial: &Trial, scale: f64) -> Result<usize, String> {
-    let of = |values| packet(values, at).to_array()[0];
-    let (lower, upper, rival) = (of(&pixels.lower), of(&pixels.upper), of(&pixels.rival));
-    let open = pixels.open(at) & 1 == 1;
+    let of = |lanes: f32x8| lanes.to_array()[0];
+    let (upper, rival) = (packet(&pixels.upper, at), packet(&pixels.rival, at));
+    let (lower, upper, rival) = (of(pixels.lower(at)), of(upper), of(rival));
+    let open = pixels.open_lanes(at) & 1 == 1;
     let truth = trial.truth();
-    let met = upper > f32::NEG_INFINITY;
-    let (kind, right) = if met {
-        let interval = truth.hit()
-            && truth.at_least(f64::from(lower), scale)
-            && truth.at_most(f64::from(upper), scale);
-        (0, interval && !open)
-    } else if rival >= 0.0 {
-        let below = !truth.hit() || truth.at_most(f64::from(rival), scale);
-        (1, below && open)
-    } else {
-        (2, !open && !truth.hit())
+    let no_nearer = |bound: f32| !truth.hit() || truth.at_most(f64::from(bound), scale);
+    let leads = bytes_of(pixels.colours(at).to_array()[0]) == COLOUR;
+    let (kind, right) = match (leads, open) {
+        (true, false) => {
+            let hit = truth.hit() && truth.at_least(f64::from(lower), scale);
+            (0, hit && no_nearer(upper))
+        }
+        (true, true) => (1, no_nearer(upper)),
+        (false, true) => (1, no_nearer(rival)),
+        (false, false) => (2, !truth.hit()),
     };
     if right {
         Ok(kind)
@@ -62,13 +69,15 @@ fn intervals_hold_the_exact_inverse_depth() {
         let lane = random.below(before.min(7.0) as u64 + 1) as usize;
         let first = random.below((SIDE - LANES) as u64) as usize;
         let steps = f32x8::new(STEPS) + f32x8::splat(p as f32 - lane as f32);
-        let mut pixels = PixelRow::new(0.0);
+        let mut pixels = PixelRow::new(BACKGROUND);
         let clear = random.below(2) == 0;
+        let colour = colour_lane(COLOUR);
         if clear {
-            let terms = Terms::new::<true>(&depths, 0, steps, 1.0);
+            let width = exponents(f32x8::new(depths.clear_spread)).to_array()[0];
+            let terms = Terms::new::<true>(&depths, 0, steps, colour | width);
             pixels.meet::<true, true>(&terms, first, q);
         } else {
-            let terms = Terms::new::<false>(&depths, 0, steps, 1.0);
+            let terms = Terms::new::<false>(&depths, 0, steps, colour);
             pixels.meet::<true, false>(&terms, first, q);
         }
         let kind = judge(&pixels, first + lane, trial, grid.scale)
@@ -97,25 +106,24 @@ fn doubles_hold_the_exact_inverse_depth() {
         let record = Record {
             sphere: trial.lengths(),
             right: lane as u8,
+            colour: COLOUR,
             ..Record::default()
         };
         let floats = Depths::new(&grid, &rectangles(trial, random), &trial.eight());
-        let meeting = Meeting {
-            depths: &floats.to_floats(Bounds::Proven),
-            lane: 0,
-            colour: 1.0,
-            record: &record,
-        };
-        let mut rows = [PixelRow::new(0.0)];
+        let floats = floats.to_floats(Bounds::Proven);
+        let meetings = Meetings::new(&floats, &EightRecords::of(&[record]));
         let corner = (trial.column - lane, trial.row);
-        let packets = meeting.in_doubles(&mut rows, &grid, corner, Bounds::Proven, |_| u64::MAX);
+        let in_doubles = |bounds| InDoubles::new(&grid, bounds, corner, record.sphere);
+        let mut rows = [PixelRow::new(BACKGROUND)];
+        let packets = meetings.in_doubles(0, &mut rows, &in_doubles(Bounds::Proven), |_| u64::MAX);
         if packets != 1 {
             return Err(format!("{packets} packets"));
         }
         kinds[judge(&rows[0], lane as usize, trial, grid.scale)?] += 1;
-        let mut refused = [PixelRow::new(0.0)];
-        meeting.in_doubles(&mut refused, &grid, corner, Bounds::Refused, |_| u64::MAX);
-        if refused[0].open(lane as usize) & 1 == 0 {
+        let mut refused = [PixelRow::new(BACKGROUND)];
+        meetings.in_doubles(0, &mut refused, &in_doubles(Bounds::Refused), |_| u64::MAX);
+        let lower = refused[0].lower(lane as usize).to_array()[0];
+        if refused[0].open_lanes(lane as usize) & 1 == 0 || lower > 0.0 || lower.is_nan() {
             return Err("refused, but settled".into());
         }
         Ok(())
@@ -129,22 +137,56 @@ fn doubles_hold_the_exact_inverse_depth() {
 
 #[test]
 fn leader_and_rivals_are_those_of_every_order() {
-    // Intervals one after another: the leader has the greatest lower bound, the rival the
-    // greatest upper bound of the others.
-    let intervals = [(1.0, 2.0), (1.5, 1.75), (0.5, 3.0), (2.5, 2.75)];
-    for turn in 0..intervals.len() {
-        let mut pixels = PixelRow::new(0.0);
-        for step in 0..intervals.len() {
-            let (lower, upper) = intervals[(turn + step) % intervals.len()];
-            let [lower, upper] = [lower, upper].map(f32x8::splat);
-            let leads = lower.simd_gt(packet(&pixels.lower, 3));
-            pixels.update(3, lower, upper, leads, lower);
+    // The leader has the greatest upper bound, the rival the greatest of the others. The
+    // width of the leader is rounded up to the next power of two.
+    let settled = [(1.0, 2.0), (1.5, 1.75), (0.5, 2.125), (2.5, 2.75)];
+    let open = [(1.0, 2.0), (1.5, 1.75), (0.5, 3.0), (2.5, 2.75)];
+    for (intervals, lower, upper, rival) in [(settled, 2.25, 2.75, 2.125), (open, -1.0, 3.0, 2.75)]
+    {
+        for turn in 0..intervals.len() {
+            let mut pixels = PixelRow::new(BACKGROUND);
+            for step in 0..intervals.len() {
+                let (lower, upper) = intervals[(turn + step) % intervals.len()];
+                let [lower, upper] = [lower, upper].map(f32x8::splat);
+                let leader: f32x8 = packet(&pixels.upper, 3);
+                pixels.update(3, upper, upper.simd_gt(leader), exponents(upper - lower));
+            }
+            let [lower, upper, rival] = [lower, upper, rival].map(f32x8::splat);
+            assert_eq!(pixels.lower(3), lower);
+            assert_eq!(packet::<_, f32x8>(&pixels.upper, 3), upper);
+            assert_eq!(packet::<_, f32x8>(&pixels.rival, 3), rival);
+            let open = lower.simd_gt(rival).to_bitmask() ^ 0xff;
+            assert_eq!(pixels.open_lanes(3), open);
         }
-        assert_eq!(packet(&pixels.lower, 3), f32x8::splat(2.5));
-        assert_eq!(packet(&pixels.upper, 3), f32x8::splat(2.75));
-        assert_eq!(packet(&pixels.rival, 3), f32x8::splat(3.0));
-        assert_eq!(pixels.open(3), 0xff);
     }
+}
+
+/// A width comes back as a power of two above it and not above its double, whatever the
+/// colour beside it; in either byte order the colour is untouched.
+#[test]
+fn widths_are_rounded_up_to_powers_of_two() {
+    let widths_of = |width: f32| {
+        let colours = exponents(f32x8::splat(width)) | u32x8::splat(colour_lane([255; 3]));
+        assert_eq!(bytes_of(colours.to_array()[0]), [255; 3]);
+        widths(colours).to_array()[0]
+    };
+    for exponent in -126..127 {
+        let power = f32::from_bits(((exponent + 127) as u32) << 23);
+        let below_double = (2.0 * power).next_down();
+        for width in [power, power.next_up(), 1.5 * power, below_double] {
+            assert_eq!(widths_of(width), 2.0 * power, "{width:e}");
+        }
+    }
+    assert_eq!(widths_of(f32::MAX), f32::INFINITY);
+    assert_eq!(widths_of(f32::INFINITY), f32::INFINITY);
+    for width in [0.0, f32::from_bits(1), f32::MIN_POSITIVE.next_down()] {
+        assert_eq!(widths_of(width), f32::MIN_POSITIVE, "{width:e}");
+    }
+    // The background's width is none.
+    assert_eq!(
+        widths(u32x8::splat(colour_lane([255; 3]))),
+        f32x8::splat(0.0)
+    );
 }
 
 /// The formulas whose roundings are counted are those that packets evaluate, bit by bit.
