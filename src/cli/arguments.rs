@@ -16,7 +16,10 @@ use sfera::{
     render::{Form, Method},
 };
 
-use super::{Failure, generate::Page, output, png, statistics};
+use super::{
+    failure::{Failure, write_failed},
+    png,
+};
 
 /// Endings of picture formats that are not written. Without this list a `.jpg` would hold
 /// a PPM without any warning.
@@ -90,7 +93,7 @@ pub(crate) struct Job {
     /// Print times and counts on standard error, or as JSON
     #[arg(long, value_enum, value_name = "FORMAT", num_args = 0..=1, require_equals = true,
           default_missing_value = "text", conflicts_with = "quiet")]
-    pub(crate) stats: Option<statistics::Style>,
+    pub(crate) stats: Option<Style>,
 
     /// Print only errors: no progress bar, no remarks
     #[arg(long)]
@@ -110,6 +113,26 @@ enum MethodName {
     Exact,
     /// The definition of the picture in integers, slow: checks the others
     Reference,
+}
+
+/// What `--generate` prints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Page {
+    /// Completions for bash
+    Bash,
+    /// Completions for zsh
+    Zsh,
+    /// Completions for fish
+    Fish,
+    /// The manual page
+    Man,
+}
+
+/// How `--stats` is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Style {
+    Text,
+    Json,
 }
 
 /// The job that the command line asks for.
@@ -164,7 +187,7 @@ impl Arguments {
             answer
                 .print()
                 .and_then(|()| io::stdout().flush())
-                .map_err(|error| output::write_failed("-".as_ref(), error))?;
+                .map_err(|error| write_failed("-".as_ref(), error))?;
             process::exit(0)
         })
     }

@@ -11,6 +11,22 @@ use sfera::{
     scene::Scene,
 };
 
+use super::{arguments::Job, failure::Failure, input::read_scene, messages::print, output::Places};
+
+/// `--compare`: draws the exact image, and prints a table of every method.
+pub(crate) fn compare(job: &Job) -> Result<(), Failure> {
+    let places = Places::of(job)?;
+    let scene = read_scene(job)?;
+    let mut output = places.open_image(job)?;
+    let mut comparison = Comparison::new(&scene, job.size());
+    output.draw(job.rows(), |rows, pixels| {
+        comparison.draw(&rows, pixels);
+        Ok(())
+    })?;
+    output.publish(&places)?;
+    print(comparison.table().as_bytes())
+}
+
 /// One line of the table.
 #[derive(Debug)]
 struct Entrant<'scene> {
@@ -22,7 +38,7 @@ struct Entrant<'scene> {
 
 /// All methods over the same rows.
 #[derive(Debug)]
-pub(crate) struct Comparison<'scene> {
+struct Comparison<'scene> {
     size: ImageSize,
     exact: Entrant<'scene>,
     others: Vec<Entrant<'scene>>,
@@ -41,7 +57,7 @@ const SHORT: Duration = Duration::from_millis(100);
 const RUNS: usize = 5;
 
 impl<'scene> Comparison<'scene> {
-    pub(crate) fn new(scene: &'scene Scene, size: ImageSize) -> Self {
+    fn new(scene: &'scene Scene, size: ImageSize) -> Self {
         let entrant = |method| Entrant {
             method,
             renderer: Renderer::new(scene, size, method),
@@ -68,7 +84,7 @@ impl<'scene> Comparison<'scene> {
     }
 
     /// Draws `rows` with every method, and leaves the exact ones in `right`.
-    pub(crate) fn draw(&mut self, rows: &Range<u32>, right: &mut [u8]) {
+    fn draw(&mut self, rows: &Range<u32>, right: &mut [u8]) {
         self.exact.draw(rows, right);
         self.pixels.resize(right.len(), 0);
         for entrant in &mut self.others {
@@ -77,7 +93,7 @@ impl<'scene> Comparison<'scene> {
         }
     }
 
-    pub(crate) fn table(&self) -> String {
+    fn table(&self) -> String {
         let mut table =
             "method     form     milliseconds  million pixels/s  wrong pixels  wrong per million\n"
                 .to_string();

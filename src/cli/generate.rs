@@ -1,21 +1,9 @@
 //! `--generate`: completions for shells, and the manual page.
 
-use clap::{CommandFactory, ValueEnum};
+use clap::CommandFactory;
 use clap_complete::Shell;
 
-use super::arguments::Arguments;
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Page {
-    /// Completions for bash
-    Bash,
-    /// Completions for zsh
-    Zsh,
-    /// Completions for fish
-    Fish,
-    /// The manual page
-    Man,
-}
+use super::arguments::{Arguments, Page};
 
 /// The text of a page.
 pub(crate) fn page(page: Page) -> Vec<u8> {

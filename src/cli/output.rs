@@ -16,13 +16,14 @@ use std::{
 use sfera::{
     camera::ImageSize,
     name::shown,
-    ppm::{self, ImageError, MappedImage, NewFile, Place, SharedImage},
+    ppm::{self, MappedImage, NewFile, Place, SharedImage},
 };
 
 use super::{
-    Failure,
     arguments::{Job, Mode},
-    png, signals, system, tell,
+    failure::{Failure, look_up_failed, write_failed},
+    messages::tell,
+    png, signals, system,
 };
 
 /// The files of the command line, checked so that none overwrites another.
@@ -313,40 +314,4 @@ pub(crate) fn open_waiting(
     let file = options.open(path);
     done.store(true, Ordering::SeqCst);
     file
-}
-
-/// The name of a file in messages.
-fn name_of(path: &Path) -> PathBuf {
-    if path == Path::new("-") {
-        "standard output".into()
-    } else {
-        path.to_owned()
-    }
-}
-
-/// The failure to look up a file.
-fn look_up_failed(path: &Path, error: io::Error) -> Failure {
-    refused(path, "look at it", error)
-}
-
-/// The failure to read a file.
-pub(crate) fn read_failed(path: &Path, error: io::Error) -> Failure {
-    refused(path, "read it", error)
-}
-
-fn refused(path: &Path, action: &'static str, source: io::Error) -> Failure {
-    let path = name_of(path);
-    Failure::from(ImageError::System {
-        path,
-        action,
-        source,
-    })
-}
-
-/// The failure to write to a stream.
-pub(crate) fn write_failed(path: &Path, error: io::Error) -> Failure {
-    if error.kind() == io::ErrorKind::BrokenPipe {
-        return Failure::NobodyReads;
-    }
-    refused(path, "write to it", error)
 }

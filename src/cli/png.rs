@@ -16,7 +16,7 @@ use sfera::{
     ppm,
 };
 
-use super::Failure;
+use super::failure::Failure;
 
 /// The ending of a name, in lower case.
 pub(crate) fn ending(path: &Path) -> Option<String> {

@@ -5,16 +5,12 @@ use std::{
     time::{Duration, Instant},
 };
 
-use clap::ValueEnum;
 use sfera::render::{Counts, Method};
 
-use super::{arguments::Job, tell};
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Style {
-    Text,
-    Json,
-}
+use super::{
+    arguments::{Job, Style},
+    messages::tell,
+};
 
 /// A stopwatch that records each phase.
 #[derive(Debug)]
@@ -109,15 +105,10 @@ impl Report<'_> {
     }
 
     fn json(&self) -> String {
-        let (job, size, rows) = (self.job, self.job.size(), self.job.rows());
+        let job = self.job;
         let mut json = format!(
-            "{{\"width\":{},\"height\":{},\"rows\":[{},{}],\"spheres\":{},\"method\":\"{}\",\"form\":\"{}\",\"threads\":{},\"milliseconds\":{{",
-            size.width(),
-            size.height(),
-            rows.start,
-            rows.end,
-            self.spheres,
-            job.method(),
+            "{{{},\"form\":\"{}\",\"threads\":{},\"milliseconds\":{{",
+            json_of_job(job, self.spheres),
             job.method().form().unwrap_or_default(),
             self.threads,
         );
@@ -138,6 +129,19 @@ impl Report<'_> {
         json.push('}');
         json
     }
+}
+
+/// The members of a JSON object that every report begins with: what was asked for.
+pub(crate) fn json_of_job(job: &Job, spheres: usize) -> String {
+    let (size, rows) = (job.size(), job.rows());
+    format!(
+        "\"width\":{},\"height\":{},\"rows\":[{},{}],\"spheres\":{spheres},\"method\":\"{}\"",
+        size.width(),
+        size.height(),
+        rows.start,
+        rows.end,
+        job.method(),
+    )
 }
 
 /// The rungs of the ladder, and the pixels that each settled.

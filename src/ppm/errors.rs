@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::system::{reason, remedy};
+use super::system::remedy::{reason, remedy};
 use crate::{camera::ImageSize, name::shown};
 
 /// Why an image can't be written or read. The message names the file and says how to

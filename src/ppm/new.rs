@@ -3,9 +3,9 @@
 use std::{ops::Range, path::Path};
 
 use super::{
-    errors::{ImageError, RESERVE, WRITE, refused},
+    errors::{ImageError, WRITE, refused},
     event::Watch,
-    format::{file_bytes, header},
+    format::header,
     new_file::{Becoming, NewFile},
     rows::Rows,
     system,
@@ -62,16 +62,8 @@ impl MappedImage {
         watch: Watch,
     ) -> Result<Self, ImageError> {
         let NewFile { file, becoming } = NewFile::create_watched(path, watch)?;
-        let path = becoming.target.path.clone();
-        let mapped = system::reserve(&file, file_bytes(size)).map_err(refused(&path, RESERVE))?;
         Ok(Self {
-            rows: Rows {
-                file,
-                path,
-                size,
-                mapped,
-                whole: true,
-            },
+            rows: Rows::reserve(file, &becoming.target.path, size, true)?,
             becoming,
         })
     }

@@ -1,9 +1,13 @@
 //! Rows of a file: mapped a window at a time or, where that is not safe, written.
 
-use std::{fs::File, ops::Range, path::PathBuf};
+use std::{
+    fs::File,
+    ops::Range,
+    path::{Path, PathBuf},
+};
 
 use super::{
-    errors::{ImageError, WRITE, refused},
+    errors::{ImageError, RESERVE, WRITE, refused},
     format::{file_bytes, groups, offset},
     map::map,
     stream::BUFFER_BYTES,
@@ -29,6 +33,23 @@ pub(super) struct Rows {
 }
 
 impl Rows {
+    /// The rows of a file of this size, after reserving every block of it.
+    pub(super) fn reserve(
+        file: File,
+        path: &Path,
+        size: ImageSize,
+        whole: bool,
+    ) -> Result<Self, ImageError> {
+        let mapped = system::reserve(&file, file_bytes(size)).map_err(refused(path, RESERVE))?;
+        Ok(Self {
+            file,
+            path: path.to_owned(),
+            size,
+            mapped,
+            whole,
+        })
+    }
+
     pub(super) fn draw<E: From<ImageError>>(
         &self,
         rows: Range<u32>,

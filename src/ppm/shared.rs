@@ -73,17 +73,8 @@ impl SharedImage {
         let file = OpenOptions::new().read(true).write(true).open(&path);
         let file = file.map_err(refused(&path, OPEN))?;
         check_picture(&file, &path, size)?;
-        // It may come from another program and have holes.
-        let mapped = system::reserve(&file, file_bytes(size)).map_err(refused(&path, RESERVE))?;
-        Ok(Self {
-            rows: Rows {
-                file,
-                path,
-                size,
-                mapped,
-                whole: false,
-            },
-        })
+        let rows = Rows::reserve(file, &path, size, false)?;
+        Ok(Self { rows })
     }
 
     /// Makes a black picture appear whole at `path`, unless something else appears there

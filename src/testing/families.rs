@@ -177,13 +177,13 @@ pub const FAMILIES: &[Family] = &[
         name: "linear in x",
         parameter: "radius / distance of the surface",
         difficulties: FROM_TEN_UP.split_at(5).0,
-        draw: linear_in_x,
+        draw: |radius, random| linear(radius, random, |[away, aside, ahead]| [away, aside, ahead]),
     },
     Family {
         name: "linear in y",
         parameter: "radius / distance of the surface",
         difficulties: FROM_TEN_UP.split_at(5).0,
-        draw: linear_in_y,
+        draw: |radius, random| linear(radius, random, |[away, aside, ahead]| [aside, away, ahead]),
     },
     Family {
         name: "wide",
@@ -607,25 +607,10 @@ fn aside_of_unit_gap(radius: f64) -> f64 {
     (2.0 * radius + 1.0).sqrt()
 }
 
-/// Spheres across the plane of the camera for which `D` has exactly no term in x²: a row meets
-/// the outline once.
-fn linear_in_x(radius: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
-    (
-        viewport(6.4, 4.8, 1.0),
-        linear(radius, random, |[away, aside, ahead]| [away, aside, ahead]),
-    )
-}
-
-/// Like [`linear_in_x`], for y² and columns.
-fn linear_in_y(radius: f64, random: &mut Random) -> (Viewport, Vec<Body>) {
-    (
-        viewport(6.4, 4.8, 1.0),
-        linear(radius, random, |[away, aside, ahead]| [aside, away, ahead]),
-    )
-}
-
-/// Spheres with `aside^2 + ahead^2 = radius^2` in whole numbers.
-fn linear(radius: f64, random: &mut Random, place: fn(Vector) -> Vector) -> Vec<Body> {
+/// Spheres across the plane of the camera for which `D` has no term in x², exactly: a row
+/// meets their outline once. Where `place` swaps both axes, the term in y² is missing, and
+/// a column meets it once. In whole numbers, `aside^2 + ahead^2 = radius^2`.
+fn linear(radius: f64, random: &mut Random, place: fn(Vector) -> Vector) -> (Viewport, Vec<Body>) {
     // 3^2 + 4^2 = 5^2, and others.
     const ASIDE_AHEAD_RADIUS: [[f64; 3]; 8] = [
         [3.0, 4.0, 5.0],
@@ -646,7 +631,7 @@ fn linear(radius: f64, random: &mut Random, place: fn(Vector) -> Vector) -> Vec<
             radius: unit * across,
         }
     });
-    bodies.into()
+    (viewport(6.4, 4.8, 1.0), bodies.into())
 }
 
 /// A viewport so wide that it sees far along spheres that cross the plane of the

@@ -8,7 +8,11 @@ use std::{
 
 use sfera::{camera::ImageSize, ppm::Picture};
 
-use crate::cli::{Failure, STANDARD_INPUT, output, png, system};
+use crate::cli::{
+    failure::{Failure, STANDARD_INPUT, read_failed},
+    output::open_waiting,
+    png, system,
+};
 
 /// A picture that is read row by row from the top.
 pub(super) enum Found {
@@ -21,8 +25,8 @@ impl Found {
     /// Opens a file, a pipe, or standard input for `-`, and skips to `row`.
     pub(super) fn open(path: &Path, size: ImageSize, row: u32) -> Result<Self, Failure> {
         if system::is_pipe(path) {
-            let file = output::open_waiting(path, OpenOptions::new().read(true), "write it")
-                .map_err(|error| output::read_failed(path, error))?;
+            let file = open_waiting(path, OpenOptions::new().read(true), "write it")
+                .map_err(|error| read_failed(path, error))?;
             return Self::stream(Box::new(file), path, size, row);
         }
         if path != Path::new("-") {

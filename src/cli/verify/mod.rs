@@ -31,32 +31,19 @@
 
 mod found;
 mod guess;
+mod judgement;
 mod report;
 mod tally;
+mod text;
 
-use std::{
-    fs::{self, File},
-    io::{self, BufReader, Read},
-    path::Path,
-};
+use sfera::{ppm, render::Renderer};
 
-use sfera::{
-    nearness::{Cause, Judge, Verdict},
-    ppm,
-    render::{Method, Renderer},
-    scene::{Scene, lines_of_spheres},
-};
-
-use self::{
-    found::Found,
-    guess::Fit,
-    tally::{Tally, Wrong},
-};
+use self::{found::Found, judgement::Judgement, tally::Tally, text::read_scene};
 use super::{
-    Failure, STANDARD_INPUT,
     arguments::Job,
     difference::mark,
-    output::{self, Output, Places},
+    failure::Failure,
+    output::{Output, Places},
     progress::Progress,
     statistics::Clock,
 };
@@ -68,7 +55,7 @@ pub(crate) fn verify(job: &Job) -> Result<(), Failure> {
     let places = Places::of(job)?;
     let (scene, text) = read_scene(job)?;
     clock.lap("read");
-    let renderer = super::renderer(job, &scene);
+    let renderer = Renderer::new(&scene, job.size(), job.method());
     let tally = match &places.marks {
         None => compare(job, &renderer)?,
         Some(marks) => {
@@ -86,47 +73,6 @@ pub(crate) fn verify(job: &Job) -> Result<(), Failure> {
         judgement: &judgement,
         clock: &clock,
     })
-}
-
-/// The text in which the line numbers of spheres are looked up.
-#[derive(Debug)]
-enum SceneText<'job> {
-    File(&'job Path),
-    Bytes(Vec<u8>),
-}
-
-/// Reads the whole scene: a sphere that should not be visible in the rows may be the one that
-/// the picture shows there.
-fn read_scene(job: &Job) -> Result<(Scene, SceneText<'_>), Failure> {
-    let path = &*job.scene;
-    let mut bytes = Vec::new();
-    let name = if job.scene_is_standard_input() {
-        io::stdin()
-            .read_to_end(&mut bytes)
-            .map_err(|error| output::read_failed(STANDARD_INPUT.as_ref(), error))?;
-        STANDARD_INPUT.as_ref()
-    } else if fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir()) {
-        File::open(path)
-            .and_then(|mut file| file.read_to_end(&mut bytes))
-            .map_err(|error| output::read_failed(path, error))?;
-        path
-    } else {
-        return Ok((Scene::read(path)?, SceneText::File(path)));
-    };
-    let scene = Scene::read_stream(&mut bytes.as_slice(), name, |_| |_: &_| true)?;
-    Ok((scene, SceneText::Bytes(bytes)))
-}
-
-impl SceneText<'_> {
-    /// The line numbers of some spheres, as far as they can be found.
-    fn lines(&self, spheres: &[usize]) -> Vec<Option<u64>> {
-        let lines = match self {
-            Self::File(path) => File::open(path)
-                .and_then(|file| lines_of_spheres(&mut BufReader::new(file), spheres)),
-            Self::Bytes(bytes) => lines_of_spheres(&mut bytes.as_slice(), spheres),
-        };
-        lines.unwrap_or_else(|_| vec![None; spheres.len()])
-    }
 }
 
 /// Reads and compares all rows.
@@ -173,104 +119,4 @@ fn compare_and_mark(
     picture.finish()?;
     output.publish(places)?;
     Ok(tally)
-}
-
-/// What was found out about the wrong pixels.
-#[derive(Debug, Default)]
-struct Judgement {
-    /// The verdicts on the first wrong pixels, in their order; empty if the picture is
-    /// compared with another method than the exact one.
-    first: Vec<Verdict>,
-    /// The examined pixel that is farthest from an outline or tie that would explain it.
-    worst: Option<(Wrong, Verdict)>,
-    /// How many were examined for that.
-    looked_at: usize,
-    /// The error of the textbook formula that explains all of these.
-    rounding: f64,
-    fit: Option<Fit>,
-    /// Spheres that are named, in ascending order, and their line numbers.
-    lines: Vec<(usize, Option<u64>)>,
-}
-
-/// The limit of wrong pixels times spheres: some seconds of work.
-const MAX_ESTIMATES: usize = 200_000_000;
-
-/// If every wrong pixel is this near to an outline, in pixels, or to a tie, relative to the
-/// distance, no other cause than rounding is searched for.
-const NEAR: f64 = 1e-2;
-
-impl Judgement {
-    fn of(job: &Job, scene: &Scene, text: &SceneText<'_>, tally: &Tally) -> Self {
-        if tally.wrong == 0 || !matches!(job.method(), Method::Exact | Method::Reference) {
-            return Self::default();
-        }
-        let judge = Judge::new(scene, job.size());
-        let verdict = |wrong: &Wrong| judge.judge(wrong.pixel, wrong.right, wrong.found);
-        let first: Vec<Verdict> = tally.first.iter().map(verdict).collect();
-        let affordable = MAX_ESTIMATES / scene.spheres().len().max(1);
-        let looked_at = tally.spread(affordable.max(tally.first.len()));
-        let (worst, rounding) = worst(&judge, &looked_at).unzip();
-        let is_near = worst.is_some_and(|(_, verdict)| {
-            verdict.cause.is_some_and(|cause| cause.distance() <= NEAR)
-        });
-        let fit = if is_near {
-            None
-        } else {
-            guess::best_fit(scene, job.size(), &tally.sample)
-        };
-        let named = first
-            .iter()
-            .chain(worst.as_ref().map(|(_, verdict)| verdict));
-        let lines = lines(text, named);
-        Self {
-            first,
-            worst,
-            looked_at: looked_at.len(),
-            rounding: rounding.unwrap_or_default(),
-            fit,
-            lines,
-        }
-    }
-
-    fn line(&self, sphere: usize) -> Option<u64> {
-        let found = self
-            .lines
-            .binary_search_by_key(&sphere, |&(sphere, _)| sphere);
-        found.ok().and_then(|index| self.lines[index].1)
-    }
-}
-
-/// The wrong pixel that is farthest from an outline or a tie that would explain it, and the
-/// rounding error that would explain all of them.
-fn worst(judge: &Judge<'_>, wrong: &[Wrong]) -> Option<((Wrong, Verdict), f64)> {
-    use rayon::prelude::*;
-    let estimates: Vec<Verdict> = wrong
-        .par_iter()
-        .map(|wrong| judge.estimate(wrong.pixel, wrong.right, wrong.found))
-        .collect();
-    let rounding = estimates.iter().map(|verdict| verdict.rounding);
-    let rounding = rounding.fold(0.0, f64::max);
-    let distance = |verdict: &Verdict| verdict.cause.map_or(f64::INFINITY, Cause::distance);
-    let (worst, _) = wrong
-        .iter()
-        .zip(&estimates)
-        .rev()
-        .max_by(|(_, one), (_, other)| distance(one).total_cmp(&distance(other)))?;
-    let verdict = judge.judge(worst.pixel, worst.right, worst.found);
-    Some(((*worst, verdict), rounding))
-}
-
-/// The line numbers of all spheres that verdicts name.
-fn lines<'a>(
-    text: &SceneText<'_>,
-    verdicts: impl Iterator<Item = &'a Verdict>,
-) -> Vec<(usize, Option<u64>)> {
-    let mut spheres: Vec<usize> = verdicts
-        .flat_map(|verdict| [verdict.seen, verdict.cause.map(Cause::sphere)])
-        .flatten()
-        .collect();
-    spheres.sort_unstable();
-    spheres.dedup();
-    let lines = text.lines(&spheres);
-    spheres.into_iter().zip(lines).collect()
 }

@@ -9,16 +9,15 @@ use sfera::{
 };
 
 use super::{
-    Judgement,
     guess::{Depth, Fit, Guess, Orientation, Rule},
+    judgement::Judgement,
     tally::{Tally, Wrong},
 };
 use crate::cli::{
-    Failure, STANDARD_INPUT,
-    arguments::Job,
-    print,
-    statistics::{Clock, Style},
-    tell,
+    arguments::{Job, Style},
+    failure::{Failure, STANDARD_INPUT},
+    messages::{print, tell},
+    statistics::{Clock, json_of_job},
 };
 
 /// Upper bounds of the relative error of the squares in `b^2 - 4ac` that rounding causes:
@@ -190,7 +189,6 @@ impl Findings<'_> {
 
     fn json(&self) -> String {
         let (job, tally, judgement) = (self.job, self.tally, self.judgement);
-        let (size, rows) = (job.size(), job.rows());
         let (shown_ranges, all) = tally.rows.shown();
         let shown_ranges: Vec<String> = shown_ranges
             .iter()
@@ -211,17 +209,11 @@ impl Findings<'_> {
                 self.json_pixel(wrong, Some(verdict))
             });
         format!(
-            "{{\"image\":{},\"width\":{},\"height\":{},\"rows\":[{},{}],\"spheres\":{},\"method\":\"{}\",\
-             \"pixels\":{},\"wrong\":{},\"wrong_per_million\":{},\"wrong_rows\":{},\"wrong_row_ranges\":[{}],\
+            "{{\"image\":{},{},\"pixels\":{},\"wrong\":{},\"wrong_per_million\":{},\"wrong_rows\":{},\"wrong_row_ranges\":[{}],\
              \"all_ranges\":{all},\"first\":[{}],\"worst\":{worst},\"looked_at\":{},\"rounding\":{},\"fit\":{},\
              \"conclusion\":{},\"milliseconds\":{{{}}}}}",
             json_string(&self.name()),
-            size.width(),
-            size.height(),
-            rows.start,
-            rows.end,
-            self.spheres,
-            job.method(),
+            json_of_job(job, self.spheres),
             job.pixels(),
             tally.wrong,
             self.per_million(),

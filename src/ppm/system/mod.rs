@@ -11,12 +11,13 @@ mod named;
 mod other;
 #[cfg(unix)]
 mod permissions;
+pub(super) mod remedy;
 #[cfg(unix)]
 mod unix;
 
 use std::{
     fs::File,
-    io::{self, ErrorKind, Write},
+    io::{self, Write},
     path::{self, Path},
 };
 
@@ -80,30 +81,4 @@ pub(super) fn write_zeros(mut file: &File, bytes: u64) -> io::Result<()> {
         left -= piece;
     }
     Ok(())
-}
-
-/// The message of the operating system, without the number of the error.
-pub(super) fn reason(error: &io::Error) -> String {
-    let text = error.to_string();
-    match text.split_once(" (os error") {
-        Some((words, _)) => words.to_lowercase(),
-        None => text,
-    }
-}
-
-/// What a user can do about an error of the operating system.
-pub(super) fn remedy(error: &io::Error) -> &'static str {
-    match error.kind() {
-        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
-            "; free some space, or name a file on another file system"
-        }
-        ErrorKind::NotFound => "; make the directory first, or name another",
-        ErrorKind::NotADirectory => "; a part of the path is not a directory",
-        ErrorKind::PermissionDenied => {
-            "; ask for permission to write there, or name a file in another directory"
-        }
-        ErrorKind::ReadOnlyFilesystem => "; name a file on a file system that can be written",
-        ErrorKind::InvalidFilename => "; choose a shorter name",
-        _ => kind::remedy(error),
-    }
 }

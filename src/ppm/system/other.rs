@@ -94,8 +94,3 @@ pub(in crate::ppm) fn reserve(file: &File, bytes: u64) -> io::Result<bool> {
     }
     Ok(cfg!(windows))
 }
-
-/// No advice beyond that for every system.
-pub(super) fn remedy(_error: &io::Error) -> &'static str {
-    ""
-}

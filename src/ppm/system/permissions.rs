@@ -23,6 +23,11 @@ const LIST: &CStr = c"system.posix_acl_access";
 /// Extended attributes that describe the bytes of the old file, so they are not passed on.
 const ABOUT_BYTES: [&[u8]; 3] = [b"security.capability", b"security.ima", b"security.evm"];
 
+/// The mode before the umask; of a private file, only what its owner may do.
+pub(super) fn mode_of_new(private: bool) -> u32 {
+    if private { 0o600 } else { 0o666 }
+}
+
 /// What a file passes on.
 #[derive(Debug)]
 pub(in crate::ppm) struct Permissions {

@@ -12,6 +12,8 @@ use rustix::{
     io::Errno,
 };
 
+use super::permissions::mode_of_new;
+
 /// Makes a file that does not exist yet.
 pub(in crate::ppm) fn new_file(path: &Path, private: bool) -> io::Result<File> {
     OpenOptions::new()
@@ -20,11 +22,6 @@ pub(in crate::ppm) fn new_file(path: &Path, private: bool) -> io::Result<File> {
         .create_new(true)
         .mode(mode_of_new(private))
         .open(path)
-}
-
-/// The mode before the umask; of a private file, only what its owner may do.
-pub(super) fn mode_of_new(private: bool) -> u32 {
-    if private { 0o600 } else { 0o666 }
 }
 
 /// Lets the owner write a file, whatever the umask.
@@ -130,31 +127,5 @@ fn retried<T>(mut call: impl FnMut() -> Result<T, Errno>) -> Result<T, Errno> {
             Err(Errno::INTR) => {}
             result => return result,
         }
-    }
-}
-
-/// What a user can do about an error that only Unix has.
-pub(super) fn remedy(error: &io::Error) -> &'static str {
-    match Errno::from_io_error(error) {
-        Some(Errno::FBIG) => {
-            "; raise the limit on file sizes (ulimit -f), or name a file on a file system without one"
-        }
-        Some(Errno::NOMEM) => "; raise the limit on addresses (ulimit -v), or free some memory",
-        Some(Errno::XDEV) => {
-            "; the directory refuses files from elsewhere (a quota of a project, or a mount): name a file in another directory"
-        }
-        Some(Errno::BUSY) => {
-            "; it is in use, as a file that is mounted by itself: name another file, or write into it with - as the image and > to redirect"
-        }
-        Some(Errno::STALE) => "; the network file system has lost it: look whether it is mounted",
-        Some(Errno::IO) => "; the disk or the network failed: look into the system's log (dmesg)",
-        Some(Errno::BADF) => "; the descriptor is closed, or not open for writing",
-        Some(Errno::LOOP) => {
-            "; the symbolic links run in a circle, are too many, or are on a file system where none are followed: name the file itself"
-        }
-        Some(Errno::MFILE | Errno::NFILE) => {
-            "; raise the limit on open files (ulimit -n), or close some"
-        }
-        _ => "",
     }
 }
