@@ -1,6 +1,6 @@
 # Everything a person or CI runs by name. `make` alone lists it.
 
-.PHONY: help build run test checked fuzz sanitize proof deny bench chart growth families peers peers-install splat check cluster-test everywhere
+.PHONY: help build run test checked fuzz sanitize proof deny bench chart growth families peers peers-install splat api check cluster-test everywhere
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -120,8 +120,15 @@ cluster-test: build
 everywhere:
 	tests/everywhere/run.sh
 
-## check   format, lints, docs
-check:
+## check   format, lints, docs, and that the public interface is what tests/api.txt lists
+check: api
 	cargo fmt --check
 	cargo clippy --all-targets -- -D warnings
+	@diff tests/api.txt target/api.txt || { echo "make check: the public interface has changed; if it should, cp target/api.txt tests/api.txt"; exit 1; }
+
+## api     the public interface of the library, listed from its documentation, to target/api.txt
+# Pages of what was removed would stay.
+api:
+	cargo clean --doc
 	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
+	python3 tests/api.py target/doc/sfera > target/api.txt

@@ -98,6 +98,7 @@
 //! | --- | --- | --- |
 //! | names -> messages | [`name`] | shows names without characters that control a terminal |
 //! | memory | `pages` | huge pages, where the system has them |
+//! | tests | `random` | random numbers that depend on a seed alone |
 //! | spheres | [`spheres`] | the structure of arrays, file order, padded to whole packets |
 //! | text -> scene | [`scene`] | reads the text; a refusal names line and column |
 //! | pixel -> ray | [`camera`] | the rule for rays, in each of its forms |
@@ -107,7 +108,7 @@
 //! | ray -> colour, proven | [`exact`] | boxes, bins, coverage masks, packets, decisions |
 //! | colours -> file | [`ppm`] | reserve, map, publish; the library's only `unsafe`, the mapping |
 //! | all of it | [`mod@render`] | bands of rows -> pixels -> bytes |
-//! | | `testing` | only for the tests and benches of this crate: families of hard scenes, random numbers, settings of the engine |
+//! | | `testing` | only for the tests and benches of this crate: families of hard scenes, settings of the engine and of the reader |
 //!
 //! Why no pixel is wrong is proven stage by stage in [`exact::proof`].
 //!
@@ -170,6 +171,8 @@ compile_error!(
 pub mod name;
 
 mod pages;
+
+mod random;
 
 pub mod spheres;
 

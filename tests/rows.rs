@@ -14,6 +14,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use sfera::testing::Random;
 use tempfile::TempDir;
 
 const WIDTH: u32 = 193;
@@ -28,14 +29,14 @@ const METHOD: [&str; 3] = ["--method", "textbook", "--scalar"];
 #[test]
 fn bands_in_random_order_by_four_processes_are_one_run() {
     let studio = Studio::new();
-    studio.draw_bands(&shuffled(&mut Random(1)), 0);
+    studio.draw_bands(&shuffled(&mut Random::new(1)), 0);
     studio.expect_the_picture();
 }
 
 #[test]
 fn bands_killed_in_the_middle_and_drawn_again_are_one_run() {
     let studio = Studio::new();
-    studio.draw_bands(&shuffled(&mut Random(2)), 20);
+    studio.draw_bands(&shuffled(&mut Random::new(2)), 20);
     studio.expect_the_picture();
 }
 
@@ -93,7 +94,7 @@ impl Studio {
         thread::scope(|threads| {
             for seed in 0..PROCESSES {
                 let work = &work;
-                threads.spawn(move || self.draw_some(work, &mut Random(seed)));
+                threads.spawn(move || self.draw_some(work, &mut Random::new(seed)));
             }
         });
         assert_eq!(work.into_inner().expect("no panic").kills, 0);
@@ -105,7 +106,7 @@ impl Studio {
                 let mut work = work.lock().expect("no panic");
                 // If kills are left when all bands are done, draw some again, which is allowed.
                 let band = match work.bands.pop() {
-                    None if work.kills > 0 => random.below(BANDS),
+                    None if work.kills > 0 => random.below(BANDS.into()) as u32,
                     None => return,
                     Some(band) => band,
                 };
@@ -116,7 +117,7 @@ impl Studio {
             let mut process = self.start_band(band);
             if kill {
                 // Up to twice the time of a band, since starting takes time too.
-                thread::sleep(self.band_time.mul_f64(f64::from(random.below(201)) / 100.0));
+                thread::sleep(self.band_time.mul_f64(random.below(201) as f64 / 100.0));
                 process.kill().expect("it is ours");
             }
             let status = process.wait().expect("its end");
@@ -155,17 +156,15 @@ struct Work {
 
 fn shuffled(random: &mut Random) -> Vec<u32> {
     let mut bands: Vec<u32> = (0..BANDS).collect();
-    for last in (1..bands.len()).rev() {
-        bands.swap(last, random.below(last as u32 + 1) as usize);
-    }
+    random.shuffle(&mut bands);
     bands
 }
 
 fn scene() -> String {
-    let mut random = Random(3);
+    let mut random = Random::new(3);
     let mut text = String::from("VP 0.6 1 1\nBG 255 255 255\nOBJ_N 3000\n");
     for index in 0..3000 {
-        let mut thousandths = || f64::from(random.below(1001)) / 1000.0;
+        let mut thousandths = || random.below(1001) as f64 / 1000.0;
         let (x, y, z) = (
             thousandths() - 0.5,
             thousandths() - 0.5,
@@ -175,17 +174,4 @@ fn scene() -> String {
         text += &format!("S {x} {y} {z} 0.05 {red} {green} 0\n");
     }
     text
-}
-
-/// The generator `SplitMix64`.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, limit: u32) -> u32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut bits = self.0;
-        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((bits ^ (bits >> 31)) % u64::from(limit)) as u32
-    }
 }

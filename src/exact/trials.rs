@@ -15,7 +15,7 @@ use super::{
     grid::{EightSpheres, Grid},
     packet::SIDE,
 };
-pub(super) use crate::testing::random::Random;
+pub(super) use crate::random::Random;
 use crate::{
     camera::{Camera, ImageSize},
     scene::Viewport,

@@ -7,8 +7,8 @@
 //! Every sphere of a scene has another colour, none of them that of the background, so a pixel
 //! that shows the wrong sphere has the wrong colour.
 
-use super::random::{Random, power_of_two};
 use crate::{
+    random::{Random, power_of_two},
     scene::{Scene, Viewport},
     spheres::{Rgb, Sphere},
 };

@@ -4,7 +4,6 @@
 //! This module is not part of the public interface and may change with every version.
 
 pub mod families;
-pub mod random;
 
 use crate::{
     camera::ImageSize,
@@ -13,6 +12,7 @@ use crate::{
 };
 pub use crate::{
     exact::tuning::{Bounds, Tuning},
+    random::Random,
     scene::windows::Sizes,
 };
 

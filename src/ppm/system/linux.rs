@@ -12,7 +12,7 @@ use rustix::{
     io::Errno,
 };
 
-use super::{Attributes, permissions::mode_of_new};
+use super::{attributes::Attributes, permissions::mode_of_new};
 
 /// A file without a name, on the file system of `folder`; `None` where there are no such
 /// files, or no way to name one later.

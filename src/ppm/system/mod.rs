@@ -1,6 +1,7 @@
 //! What the modules of `ppm` need of the operating system and `std` does not offer. Only
 //! the modules of this folder depend on the kind of system.
 
+mod attributes;
 #[cfg(unix)]
 mod extended;
 #[cfg(target_os = "linux")]
@@ -21,6 +22,7 @@ use std::{
     path::{self, Path},
 };
 
+pub(super) use self::attributes::Attributes;
 #[cfg(target_os = "linux")]
 pub(super) use self::linux::{attributes, link, settle, short_name, unnamed_file};
 #[cfg(not(target_os = "linux"))]
@@ -38,32 +40,6 @@ pub(super) use kind::{
     Identity, identity, is_same, lacks_inodes, make_writable, may_write, new_file,
     only_owner_replaces, read_at, reserve, too_many_links, write_at,
 };
-
-/// Properties of an inode other than its permissions.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Attributes {
-    /// `chattr +i`
-    pub(super) immutable: bool,
-    /// `chattr +a`
-    pub(super) append_only: bool,
-    /// Whether it is a mount point.
-    pub(super) mount_root: bool,
-}
-
-impl Attributes {
-    /// The attribute that keeps even root from changing the file, as `chattr` calls it.
-    pub(super) fn lock(self) -> Option<char> {
-        match self {
-            Self {
-                immutable: true, ..
-            } => Some('i'),
-            Self {
-                append_only: true, ..
-            } => Some('a'),
-            _ => None,
-        }
-    }
-}
 
 /// Whether a name ends with a separator, as only that of a directory may.
 pub(super) fn names_directory(path: &Path) -> bool {

@@ -7,7 +7,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::Attributes;
+use super::attributes::Attributes;
 
 /// There are no files without a name.
 pub(in crate::ppm) fn unnamed_file(_folder: &Path, _private: bool) -> Option<File> {

@@ -7,7 +7,7 @@ use std::{
     time::SystemTime,
 };
 
-use crate::ppm::ImageError;
+use crate::ppm::errors::ImageError;
 
 /// Makes a file that does not exist yet.
 pub(in crate::ppm) fn new_file(path: &Path, _private: bool) -> io::Result<File> {

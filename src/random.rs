@@ -64,6 +64,6 @@ impl Random {
 }
 
 /// `2^exponent`, of a normal double.
-pub(super) const fn power_of_two(exponent: i32) -> f64 {
+pub(crate) const fn power_of_two(exponent: i32) -> f64 {
     f64::from_bits(((exponent + 1023) as u64) << 52)
 }
