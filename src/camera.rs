@@ -14,7 +14,7 @@
 
 use std::fmt;
 
-use wide::{f32x8, f64x4};
+use wide::{f32x8, f64x4, f64x8};
 
 use crate::{scene::Viewport, spheres::LANES};
 
@@ -214,6 +214,16 @@ impl Camera {
         f64::from(self.viewport.height) / f64::from(self.viewport.distance)
     }
 
+    /// The columns at distance 1: column `i` looks through `X = (i - middle) step`.
+    pub(crate) fn x_axis(&self) -> Axis {
+        Axis::new(self.size.width, self.x_extent())
+    }
+
+    /// The rows at distance 1: row `j` looks through `Y = (middle - j) step`.
+    pub(crate) fn y_axis(&self) -> Axis {
+        Axis::new(self.size.height, self.y_extent())
+    }
+
     // f32, as in textbooks: first the fraction.
 
     /// `x` of a column in floats, of the unit viewport.
@@ -257,6 +267,46 @@ impl Camera {
             std::array::from_fn(|lane| first.saturating_add(lane as u32) as f32);
         let fraction = f32x8::new(column) / f32x8::splat(last as f32);
         f32x8::splat(self.unit_viewport[0]) * (fraction - f32x8::splat(0.5))
+    }
+}
+
+/// The pixels along a side of the viewport at distance 1.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Axis {
+    /// Pixels a unit, 2 roundings.
+    pub(crate) scale: f64,
+    /// Units a pixel, 2 roundings.
+    pub(crate) step: f64,
+    /// The place of 0 among the pixels, exact.
+    pub(crate) middle: f64,
+}
+
+impl Axis {
+    /// A side of one pixel shows 0, so its scale is arbitrary.
+    fn new(side: u32, extent: f64) -> Self {
+        let last = f64::from(side - 1);
+        let (scale, step) = if last == 0.0 {
+            (1.0 / extent, 0.0)
+        } else {
+            (last / extent, extent / last)
+        };
+        Self {
+            scale,
+            step,
+            middle: 0.5 * last,
+        }
+    }
+
+    /// `X` of columns, within 3 roundings.
+    #[inline]
+    pub(crate) fn x(&self, columns: f64x8) -> f64x8 {
+        (columns - f64x8::splat(self.middle)) * f64x8::splat(self.step)
+    }
+
+    /// `Y` of rows, within 3 roundings.
+    #[inline]
+    pub(crate) fn y(&self, rows: f64x8) -> f64x8 {
+        (f64x8::splat(self.middle) - rows) * f64x8::splat(self.step)
     }
 }
 

@@ -58,11 +58,11 @@ impl Boxes {
                 splat(BOX_BOUND) * (low.abs().fast_max(high.abs()) + splat(f64::from(side)));
             (low - slack, high + slack)
         };
-        let (low, high) = ends(x, grid.x_scale, size.width());
-        let middle = splat(grid.x_middle);
+        let (low, high) = ends(x, grid.x_axis.scale, size.width());
+        let middle = splat(grid.x_axis.middle);
         let (left, right) = ((middle + low).ceil(), (middle + high).floor());
-        let (low, high) = ends(y, grid.y_scale, size.height());
-        let middle = splat(grid.y_middle);
+        let (low, high) = ends(y, grid.y_axis.scale, size.height());
+        let middle = splat(grid.y_axis.middle);
         let (top, bottom) = ((middle - high).ceil(), (middle - low).floor());
 
         let last_column = splat(f64::from(size.width() - 1));
@@ -102,9 +102,9 @@ impl Boxes {
     fn set_beside(&mut self, lane: usize, grid: &Grid, sphere: &Sphere) {
         let size = grid.camera().size();
         let [x, y, _] = sphere.centre;
-        let columns = ends_beside(sphere, x, grid.x_scale, size.width());
+        let columns = ends_beside(sphere, x, grid.x_axis.scale, size.width());
         // Rows go down where Y goes up.
-        let rows = ends_beside(sphere, -y, grid.y_scale, size.height());
+        let rows = ends_beside(sphere, -y, grid.y_axis.scale, size.height());
         if let (Some((left, right)), Some((top, bottom))) = (columns, rows) {
             self.visible |= 1 << lane;
             (self.left[lane], self.right[lane]) = (left, right);

@@ -133,8 +133,11 @@ impl Depths {
     #[inline]
     pub(super) fn new(grid: &Grid, rectangles: &Rectangles, spheres: &EightSpheres) -> Self {
         let &EightSpheres { x, y, z, r } = spheres;
-        let (x0, y0) = (grid.x(rectangles.columns), grid.y(rectangles.rows));
-        let (dx, dy) = (grid.x_step, -grid.y_step);
+        let (x0, y0) = (
+            grid.x_axis.x(rectangles.columns),
+            grid.y_axis.y(rectangles.rows),
+        );
+        let (dx, dy) = (grid.x_axis.step, -grid.y_axis.step);
         let (s, t) = (rectangles.across, rectangles.down);
         let (zero, one, two) = (splat(0.0), splat(1.0), splat(2.0));
 

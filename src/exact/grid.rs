@@ -10,7 +10,7 @@ use wide::f64x8;
 
 use super::bounds::{REACH_BOUND, TO_FLOAT};
 use crate::{
-    camera::Camera,
+    camera::{Axis, Camera},
     spheres::{LANES, Sphere},
 };
 
@@ -18,50 +18,24 @@ use crate::{
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     camera: Camera,
-    /// Pixels per unit of `X`, 2 roundings.
-    pub(super) x_scale: f64,
-    pub(super) y_scale: f64,
-    /// The column of `X = 0`, exact.
-    pub(super) x_middle: f64,
-    pub(super) y_middle: f64,
-    /// Units of `X` per pixel, 2 roundings.
-    pub(super) x_step: f64,
-    pub(super) y_step: f64,
+    pub(super) x_axis: Axis,
+    pub(super) y_axis: Axis,
     /// The upper bound of `|V|` in the picture.
     pub(super) reach: f64,
     /// A power of two: inverse depths times this are about 1.
     pub(super) scale: f64,
 }
 
-/// Pixels per unit and units per pixel. An image of one column shows `X = 0`, so its scale is
-/// arbitrary.
-fn scale_and_step(side: u32, extent: f64) -> (f64, f64) {
-    let last = f64::from(side - 1);
-    if last == 0.0 {
-        (1.0 / extent, 0.0)
-    } else {
-        (last / extent, extent / last)
-    }
-}
-
 impl Grid {
     /// With a scale of 1.
     pub(super) fn new(camera: Camera) -> Self {
         const UP: f64 = 1.0 + REACH_BOUND;
-        let (width, height) = (camera.size().width(), camera.size().height());
-        let (x_scale, x_step) = scale_and_step(width, camera.x_extent());
-        let (y_scale, y_step) = scale_and_step(height, camera.y_extent());
         let x_upper = 0.5 * camera.x_extent() * UP;
         let y_upper = 0.5 * camera.y_extent() * UP;
         Self {
             camera,
-            x_scale,
-            y_scale,
-            x_middle: 0.5 * f64::from(width - 1),
-            y_middle: 0.5 * f64::from(height - 1),
-            x_step,
-            y_step,
-
+            x_axis: camera.x_axis(),
+            y_axis: camera.y_axis(),
             reach: (x_upper * x_upper + y_upper * y_upper + 1.0).sqrt() * UP,
             scale: 1.0,
         }
@@ -69,18 +43,6 @@ impl Grid {
 
     pub(super) fn camera(&self) -> &Camera {
         &self.camera
-    }
-
-    /// `X` of columns, within 3 roundings.
-    #[inline]
-    pub(super) fn x(&self, columns: f64x8) -> f64x8 {
-        (columns - splat(self.x_middle)) * splat(self.x_step)
-    }
-
-    /// `Y` of rows, within 3 roundings.
-    #[inline]
-    pub(super) fn y(&self, rows: f64x8) -> f64x8 {
-        (splat(self.y_middle) - rows) * splat(self.y_step)
     }
 }
 

@@ -120,8 +120,8 @@ impl Outline {
     ) -> [Self; LANES] {
         let &EightSpheres { x, y, z, r } = spheres;
         let (one, two) = (splat(1.0), splat(2.0));
-        let y0 = grid.y(placement.rows);
-        let dy = splat(grid.y_step);
+        let y0 = grid.y_axis.y(placement.rows);
+        let dy = splat(grid.y_axis.step);
         let t = placement.down;
 
         let squared_radius = r * r;
@@ -137,13 +137,13 @@ impl Outline {
             }
             c = f64x8::new(lanes);
         }
-        let [h, factor] = row_factor(splat(grid.x_scale), c, k);
+        let [h, factor] = row_factor(splat(grid.x_axis.scale), c, k);
         let middle_row = MiddleRow { y, z, r, y0, dy };
         let [n0, n1] = middle_row.normal();
         let [e0, e1, e2] = middle_row.coefficients([n0, n1], factor);
         let hx = h * x;
         let [rising, level] = middle_row.ahead();
-        let middle = splat(grid.x_middle - f64::from(placement.column));
+        let middle = splat(grid.x_axis.middle - f64::from(placement.column));
         let [m0, m1] = row_middle(middle, hx, [rising, level]);
 
         // The rounding errors of E, of its factor and of the middle in doubles.
@@ -159,7 +159,7 @@ impl Outline {
         let level_upper = y.abs() * y_upper + z.abs();
         let middle_upper = hx.abs() * level_upper;
         let middle_bound = (k_bound + splat(MIDDLE_BOUND)) * middle_upper
-            + splat(MIDDLE_BOUND) * splat(grid.x_middle + f64::from(placement.column));
+            + splat(MIDDLE_BOUND) * splat(grid.x_axis.middle + f64::from(placement.column));
         // The rounding errors in floats.
         let up = splat(1.0 + 64.0 * U32);
         let e_bound = factor.abs() * e_bound + (factor_bound + splat(ROW_SQUARE_BOUND)) * e_upper;

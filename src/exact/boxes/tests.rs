@@ -99,8 +99,8 @@ fn no_pole_is_nearer_than_the_box_says() {
             return Ok(());
         }
         let depth = if before { depth } else { z };
-        let column = x / depth * grid.x_scale + grid.x_middle;
-        let row = grid.y_middle - y / depth * grid.y_scale;
+        let column = x / depth * grid.x_axis.scale + grid.x_axis.middle;
+        let row = grid.y_axis.middle - y / depth * grid.y_axis.scale;
         let size = trial.camera.size();
         let seen = (0.0..f64::from(size.width())).contains(&column)
             && (0.0..f64::from(size.height())).contains(&row);

@@ -144,8 +144,8 @@ fn some_row(trial: &Trial, grid: &Grid, random: &mut Random) -> f64 {
     let root = r * (y * y + q).max(0.0).sqrt();
     let place = match random.below(4) {
         0 => f64::from(trial.row),
-        1 => grid.y_middle - (y * z - root) / q * grid.y_scale,
-        2 => grid.y_middle - (y * z + root) / q * grid.y_scale,
+        1 => grid.y_axis.middle - (y * z - root) / q * grid.y_axis.scale,
+        2 => grid.y_axis.middle - (y * z + root) / q * grid.y_axis.scale,
         _ => random.between(0.0, last),
     };
     // So that its distance from the middle is a double, as a pixel's is.
@@ -343,8 +343,8 @@ fn no_hit_is_farther_than_the_lower_bound() {
             [slope, 0.0]
         };
         let place = (
-            grid.x_middle + x * grid.x_scale,
-            grid.y_middle - y * grid.y_scale,
+            grid.x_axis.middle + x * grid.x_axis.scale,
+            grid.y_axis.middle - y * grid.y_axis.scale,
         );
         let places = [(f64::from(trial.column), f64::from(trial.row)), place];
         for (column, row) in places {
