@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::testing::random::Random;
+use crate::random::Random;
 
 /// Checks the parser and the lanes against the standard library on one word.
 fn check(word: &str) {
