@@ -3,7 +3,7 @@
 use std::io::{self, Read};
 
 use super::{
-    SceneError,
+    error::SceneError,
     excerpt::Excerpt,
     grammar::SPHERE_LETTER,
     text::{MAX_WORD, ends_word, is_blank},
