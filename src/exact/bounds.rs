@@ -13,6 +13,8 @@ mod gappa;
 #[cfg(test)]
 pub(super) mod restated;
 #[cfg(test)]
+mod search;
+#[cfg(test)]
 mod tests;
 #[cfg(test)]
 mod trace;
@@ -44,28 +46,30 @@ pub(super) const U_DOUBLE_DOUBLE: f64 = 16.0 * U * U;
 /// | term | roundings | sum |
 /// | --- | --- | --- |
 /// | to a float | 1 | 1 |
-/// | the factor, the sum: two of doubles | 2^-28 | 1 |
-/// | to spare | 2 | 3 |
-pub(super) const TO_FLOAT: f64 = 3.0 * U32;
+/// | the factor, the sum, and less than 100 before: of doubles | `2^-22` | 1 |
+/// | to spare | 1 | 2 |
+pub(super) const TO_FLOAT: f64 = 2.0 * U32;
 
-/// `|V|` at a corner of the picture, and half of its sides.
+/// Half of the viewport's sides at distance 1 (a quotient, a factor: 2), and from these `|V|` at a
+/// corner of the picture.
 ///
 /// | term | roundings | sum |
 /// | --- | --- | --- |
-/// | half of a side | 1 | 1 |
-/// | its square, two sums, the root of all | 4 | 5 |
-/// | to spare | 3 | 8 |
-pub(super) const REACH_BOUND: f64 = 8.0 * U;
+/// | the square, two sums | 3 | 3 |
+/// | the root: half of it, and its own | 1 | 3 |
+/// | the factor itself | 1 | 4 |
+/// | to spare | 1 | 5 |
+pub(super) const REACH_BOUND: f64 = 5.0 * U;
 
 /// Inverse depths of a sphere beside the camera.
 ///
 /// | term | roundings | sum |
 /// | --- | --- | --- |
-/// | the squares, exact, two sums, the root | 3 | 3 |
-/// | the sum with `r`, the product with the reach | 2 | 5 |
-/// | `c` 7, the quotient, the factor | 9 | 14 |
-/// | to spare | 18 | 32 |
-pub(super) const BESIDE_BOUND: f64 = 32.0 * U;
+/// | the squares, exact, two sums, halved under the root, the root | 2 | 2 |
+/// | the sum with `r`, the product with the reach | 2 | 4 |
+/// | `c` 7, the quotient, the factor | 9 | 13 |
+/// | to spare | 3 | 16 |
+pub(super) const BESIDE_BOUND: f64 = 16.0 * U;
 
 // Boxes: theorem 1.
 

@@ -6,7 +6,7 @@ use wide::f64x8;
 use super::{
     bounds::{BESIDE_BOUND, BOX_BOUND},
     grid::{EightSpheres, Grid, float_above, splat},
-    kernels::{before, touching, touching_beside},
+    kernels::{before, nearest_beside, touching, touching_beside},
     set_bits,
     sight::power_of_camera,
 };
@@ -157,11 +157,11 @@ fn ends_beside(sphere: &Sphere, across: f32, scale: f64, side: u32) -> Option<(u
     })
 }
 
-/// The surface is at least `||C| - r| = |c|/(|C| + r)` away, and a ray reaches
-/// `z = 1` within [`Grid::reach`].
+/// No hit has a greater inverse depth.
 fn upper_beside(grid: &Grid, sphere: &Sphere) -> f32 {
     let [x, y, z] = sphere.centre.map(f64::from);
-    let sum = (x * x + y * y + z * z).sqrt() + f64::from(sphere.radius);
-    let upper = grid.reach * sum / power_of_camera(sphere).abs() * (1.0 + BESIDE_BOUND);
+    let lengths = [x, y, z, f64::from(sphere.radius)];
+    let nearest = nearest_beside(grid.reach, lengths, power_of_camera(sphere).abs());
+    let upper = nearest * (1.0 + BESIDE_BOUND);
     float_above(upper * grid.scale)
 }

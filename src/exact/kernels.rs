@@ -324,3 +324,10 @@ pub(super) fn farthest<N: Number>([x, y, z, r]: [N; 4], yz: N, c: N) -> N {
     let c_root = c.root();
     (x * x + yz) / (c_root * (c_root * z + r * across))
 }
+
+/// No hit of a sphere beside the camera is nearer: the surface is at least
+/// `||C| - r| = |c|/(|C| + r)` away, and a ray reaches `z = 1` within `reach`.
+#[inline(always)]
+pub(super) fn nearest_beside<N: Number>(reach: N, [x, y, z, r]: [N; 4], c: N) -> N {
+    reach * ((x * x + y * y + z * z).root() + r) / c
+}

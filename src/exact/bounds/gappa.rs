@@ -157,10 +157,10 @@ impl Script {
                     Operation::Product(of) => both(self, of, "*"),
                     _ => both(self, of.operands(), "+"),
                 };
-                return self.name(format!("{} - {rounded}", exact[0]), "0".into());
+                return self.name(&format!("{} - {rounded}", exact[0]), "0");
             }
         };
-        let pair = self.name(format!("double({computed})"), exact);
+        let pair = self.name(&format!("double({computed})"), &exact);
         self.named.insert(of, pair.clone());
         pair
     }
@@ -168,10 +168,10 @@ impl Script {
     fn rounded_product(&mut self, a: Traced, b: Traced) -> Pair {
         let (a, b) = (self.number(a), self.number(b));
         let computed = format!("double({} * {})", a[0], b[0]);
-        self.name(computed, format!("({} * {})", a[1], b[1]))
+        self.name(&computed, &format!("({} * {})", a[1], b[1]))
     }
 
-    fn name(&mut self, computed: String, exact: String) -> Pair {
+    fn name(&mut self, computed: &str, exact: &str) -> Pair {
         let at = self.lines.lines().count();
         let pair = [format!("t{at}"), format!("t{at}_exact")];
         writeln!(
@@ -258,7 +258,7 @@ const FORMULAS: [(&str, Formula, bool); 17] = [
     ("box-before", box_before, true),
     ("box-beside-ahead", box_beside_ahead, true),
     ("outline-lower", outline_lower, false),
-    ("float-above", above_in_floats, false),
+    ("float-above", above_in_floats, true),
     ("double-double-product", double_double_product, false),
 ];
 

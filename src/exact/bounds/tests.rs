@@ -27,8 +27,8 @@ use crate::{
     camera::{Camera, ImageSize},
     exact::{
         kernels::{
-            Middle, MiddleRow, Number, Steps, before, over_power, quadratic, row_factor,
-            row_middle, touching, touching_beside,
+            Middle, MiddleRow, Number, Steps, before, nearest_beside, over_power, quadratic,
+            row_factor, row_middle, touching, touching_beside,
         },
         packet::SIDE,
         sight::{Rays, Sights, Targets},
@@ -69,6 +69,25 @@ fn ends_of_boxes() {
     let beside = beside.map(|slope| middle + slope * scale - slack);
     let derived = greatest(&[ends, beside].concat(), &[]);
     assert_counted("BOX_BOUND", BOX_BOUND, U, derived, 3);
+}
+
+#[test]
+fn what_is_nearest() {
+    assert_counted("TO_FLOAT", TO_FLOAT, U32, 1, 0);
+    let [x, y, z, r] = ["Cx", "Cy", "Cz", "r"].map(Traced::float);
+    let up = Traced::rounded("up", 0);
+    let [side, other] = ["side", "other"].map(|name| Traced::rounded(name, 0));
+    let corner = (side * side + other * other + Traced::constant(1.0)).root() * up;
+    assert_counted("REACH_BOUND", REACH_BOUND, U, greatest(&[corner], &[]), 0);
+    let reach = Traced::rounded("reach", 0);
+    let nearest = nearest_beside(reach, [x, y, z, r], Traced::rounded("c", 7)) * up;
+    assert_counted(
+        "BESIDE_BOUND",
+        BESIDE_BOUND,
+        U,
+        greatest(&[nearest], &[]),
+        2,
+    );
 }
 
 /// Floats of the scene; coordinates of a ray, 3 roundings each.

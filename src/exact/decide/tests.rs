@@ -1,7 +1,11 @@
 //! What doubles and double-doubles decide, against integers.
 
 use super::{Candidate, Rung, Seen, decide};
-use crate::exact::trials::{Random, each_trial, sphere};
+use crate::{
+    camera::{Camera, ImageSize},
+    exact::trials::{Random, each_trial, sphere},
+    scene::Viewport,
+};
 
 /// Spheres that are hard to tell from the trial's, and others.
 fn rival(lengths: [f32; 4], random: &mut Random) -> [f32; 4] {
@@ -68,4 +72,105 @@ fn every_rung_sees_the_sphere_that_integers_see() {
         }
     });
     assert!(rungs.iter().all(|&count| count > 100), "only {rungs:?}");
+}
+
+/// A camera with a view so narrow, and so fine, that neighbouring pixels differ in the last
+/// digits of doubles.
+fn fine_camera(random: &mut Random) -> Camera {
+    let side = (1 << 30) - 1 - 2 * random.below(1 << 20) as u32;
+    let narrow = random.power(2.0, -22.0, -15.0) as f32;
+    let viewport = Viewport {
+        width: narrow,
+        height: narrow,
+        distance: random.between(0.5, 2.0) as f32,
+    };
+    Camera::new(viewport, ImageSize::new(side, side).expect("a size"))
+}
+
+/// Spheres that meet, or one that is touched, in the middle of the view as well as floats can
+/// say; or mirror images, which are equally near in all of the middle column.
+fn close_call(random: &mut Random, mirrored: bool) -> Vec<[f32; 4]> {
+    let depth = random.power(10.0, -1.0, 3.0);
+    let mut through = |grazed: bool| {
+        let radius = depth * random.power(10.0, -2.0, 1.0);
+        let angle = random.between(0.0, std::f64::consts::TAU);
+        let tilt = if grazed {
+            1.0
+        } else {
+            random.between(0.05, 0.95)
+        };
+        let across = radius * tilt;
+        let along = radius * (1.0 - tilt * tilt).sqrt();
+        [
+            across * angle.cos(),
+            across * angle.sin(),
+            depth + along,
+            radius,
+        ]
+        .map(|length| length as f32)
+    };
+    if mirrored {
+        let [x, y, z, r] = through(false);
+        vec![[x, y, z, r], [-x, y, z, r]]
+    } else if depth > 10.0 {
+        vec![through(false), through(false)]
+    } else {
+        vec![through(true)]
+    }
+}
+
+/// Columns on either side of where integers begin to see something else, by halving.
+fn change(camera: &Camera, row: u32, spheres: &[Candidate]) -> Option<u32> {
+    let seen = |column| decide(camera, (column, row), &mut spheres.to_vec(), false).0;
+    let (mut low, mut high) = (0, camera.size().width() - 1);
+    let (first, last) = (seen(low), seen(high));
+    if first == last {
+        return None;
+    }
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        if seen(middle) == first {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Some(low)
+}
+
+/// Both of the rungs after doubles are asked thousands of times what is a close call.
+#[test]
+fn close_calls_are_decided_as_integers_decide_them() {
+    let mut rungs = [0; 3];
+    for number in 0..6_000 {
+        let random = &mut Random::new(number);
+        let camera = fine_camera(random);
+        let mirrored = number % 3 == 0;
+        let lengths = close_call(random, mirrored);
+        let spheres: Vec<Candidate> = (0..).zip(lengths).collect();
+        let side = camera.size().width();
+        let row = random.below(u64::from(side)) as u32;
+        let columns = if mirrored {
+            vec![side / 2]
+        } else if let Some(column) = change(&camera, row, &spheres) {
+            (column.saturating_sub(1)..=(column + 2).min(side - 1)).collect()
+        } else {
+            continue;
+        };
+        for column in columns {
+            let decided = |trusted| decide(&camera, (column, row), &mut spheres.clone(), trusted);
+            let (exact, _) = decided(false);
+            let (seen, rung) = decided(true);
+            rungs[match rung {
+                Rung::Doubles => 0,
+                Rung::DoubleDoubles => 1,
+                Rung::Integers => 2,
+            }] += 1;
+            assert_eq!(
+                seen, exact,
+                "{number}: ({column}, {row}) by {rung:?}, {spheres:?}"
+            );
+        }
+    }
+    assert!(rungs[1] > 2_000 && rungs[2] > 1_500, "only {rungs:?}");
 }
