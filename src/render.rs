@@ -214,7 +214,7 @@ impl<'scene> Renderer<'scene> {
         }
     }
 
-    /// The memory it drew in, for another renderer.
+    /// Returns its memory, for another renderer.
     #[must_use]
     pub fn into_workspace(self) -> Workspace {
         match self.painter {

@@ -109,7 +109,7 @@ fn images_of_extreme_sizes() {
     }
 }
 
-/// What a scene is made of: a viewport, an image size, spheres.
+/// The parts of a scene: a viewport, an image size, spheres.
 type Parts = ([f32; 3], (u32, u32), Vec<[f32; 4]>);
 
 fn assert_exact(cases: u32, parts: impl Strategy<Value = Parts>) {

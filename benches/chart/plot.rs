@@ -54,8 +54,8 @@ pub(crate) fn name(method: Method) -> &'static str {
     }
 }
 
-/// A method is told by its shape as well as by its colour, the scalar form by not being
-/// filled.
+/// The marker of a method: its shape and its colour show the method, and it is filled unless
+/// the form is scalar.
 pub(crate) fn mark(area: &Area, at: (i32, i32), method: Method, radius: f64) -> Drawn {
     mark_filled(
         area,
@@ -66,7 +66,7 @@ pub(crate) fn mark(area: &Area, at: (i32, i32), method: Method, radius: f64) -> 
     )
 }
 
-/// As [`mark`], filled or not.
+/// Like [`mark`], filled or not.
 pub(crate) fn mark_filled(
     area: &Area,
     at: (i32, i32),

@@ -1,4 +1,4 @@
-//! Why the program ends with something else than 0.
+//! Why the program fails.
 
 use std::{
     io,

@@ -1,4 +1,4 @@
-//! The scene that is read.
+//! Reads the scene.
 
 use std::io;
 

@@ -1,4 +1,4 @@
-//! What the program writes to standard error and standard output.
+//! Messages on standard error, and text on standard output.
 
 use std::{
     fmt,

@@ -8,21 +8,22 @@
 //! | 128 + N | ended by signal N: 129 hung up, 130 interrupted, 143 terminated, or any other that ends a program; no temporary file is left |
 //! | 141 | nobody reads standard output any more, as when `SIGPIPE` ends a program; no message |
 //!
-//! Colour is for terminals only, and `NO_COLOR` turns it off. A program built on one
+//! Colour is for terminals only, and `NO_COLOR` turns it off. A progress bar appears on terminals
+//! after half a second. A program built on one
 //! CPU runs on CPUs that have all its features; on others `processor` names the one
 //! that is missing. Standard output that was closed before the program began (`>&-`)
 //! counts as `/dev/null`, because Rust's standard library opens that in its place.
 //!
-//! A module imports only what stands above it in this table.
+//! A module imports only modules above it in this table.
 //!
 //! | module | what it does |
 //! | --- | --- |
-//! | `failure`, `messages` | why the program fails, and what it says |
-//! | `system`, `processor` | what it asks of the operating system and of the CPU |
+//! | `failure`, `messages` | why the program fails, and its messages |
+//! | `system`, `processor` | what it needs of the operating system and of the CPU |
 //! | `png` | PNG files, written and read |
 //! | `arguments`, `generate` | the command line, and its manual page and completions |
-//! | `signals`, `memory` | what ends the program from outside, and a lack of memory |
-//! | `workers`, `progress` | threads, and the bar that shows how far they are |
+//! | `signals`, `memory` | signals, and failed allocations |
+//! | `workers`, `progress` | threads, and the progress bar |
 //! | `input`, `output` | the scene that is read; the images that are made |
 //! | `statistics` | `--stats` |
 //! | `difference` | `--diff` |

@@ -1,4 +1,4 @@
-//! Bands: a row of tiles, drawn tile by tile from the left.
+//! A band is a row of tiles, drawn tile by tile from the left.
 
 use std::ops::Range;
 
@@ -21,14 +21,15 @@ use crate::{
     spheres::{LANES, Rgb},
 };
 
-/// With more spheres than this in a tile, packets do all of it.
+/// With more spheres than this, a tile is a crowd: packets draw all of it.
 pub(super) const CROWD: usize = 32;
 
-/// With more than this and boxes that would cover it so many times, too.
+/// So is a tile with more spheres than `SMALL_CROWD` whose boxes have together more than
+/// `DEEP_CROWD` times its pixels.
 pub(super) const SMALL_CROWD: usize = 8;
 const DEEP_CROWD: usize = 5;
 
-/// Room for one band at a time.
+/// Memory for drawing one band at a time.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     records: Vec<Record>,
@@ -36,14 +37,14 @@ pub(super) struct Scratch {
     crowd: Crowd,
     pixels: Vec<PixelRow>,
     open: Vec<OpenPixel>,
-    /// Places in the coverage of spheres that packets meet, and their records.
+    /// The indices in the coverage of the spheres that packets meet, and their records.
     met: Vec<usize>,
     met_records: Vec<Record>,
     candidates: Vec<Candidate>,
 }
 
 impl Engine<'_> {
-    /// Colours a band: some rows of one row of tiles.
+    /// Draws a band: some rows of one row of tiles.
     pub(crate) fn draw_band(&self, rows: Range<u32>, bytes: &mut [u8]) -> Counts {
         let mut scratch = self.workspace.scratches.lend();
         Band::new(self, rows, bytes, &mut scratch).draw()
@@ -55,12 +56,12 @@ struct Band<'a> {
     bytes: &'a mut [u8],
     row_bytes: usize,
     scratch: &'a mut Scratch,
-    /// The first row of its tiles.
+    /// The first row of its tiles in the picture.
     origin: u32,
-    /// Its rows, from there.
+    /// Its rows, relative to `origin`.
     first: usize,
     last: usize,
-    /// The background's colour lane.
+    /// The colour lane of the background.
     background: u32,
     counts: Counts,
     /// Columns of one colour that are not painted yet.
@@ -76,7 +77,7 @@ impl<'a> Band<'a> {
     ) -> Self {
         let side = engine.bins.side();
         let origin = rows.start - rows.start % side;
-        // Pixels are cleared once they are put, while they are in the cache.
+        // Pixels are cleared right after they are written, while they are in the cache.
         let background = colour_lane(engine.scene.background);
         scratch.pixels.resize(SIDE, PixelRow::new(background));
         Self {
@@ -129,7 +130,7 @@ impl<'a> Band<'a> {
         self.counts
     }
 
-    /// Paints whole rows, if nothing in the band is contested.
+    /// Paints whole rows, if no pixel of the band is contested.
     fn draw_rows(&mut self, large: &[&Large]) -> bool {
         let engine = self.engine;
         if engine.bounds != Bounds::Proven || !engine.bins.has_none_small() {
@@ -155,7 +156,7 @@ impl<'a> Band<'a> {
             );
         }
         self.counts.sphere_tests += large.len() as u64;
-        // Several outlines may pass one pixel: it is decided, and counted, once.
+        // Several outlines may pass through one pixel; it is decided and counted once.
         doubtful.sort_unstable();
         doubtful.dedup();
         for (column, row) in doubtful {
@@ -167,8 +168,8 @@ impl<'a> Band<'a> {
         true
     }
 
-    /// All of the band at once: what is painted next finds these lines in the cache. That
-    /// pays even where none of it remains.
+    /// Paints all of the band at once, so that later painting finds these lines in the cache.
+    /// That is faster even where no background remains.
     fn paint_background(&mut self) {
         let [red, green, blue] = self.engine.scene.background;
         if red == green && green == blue {
@@ -247,7 +248,7 @@ impl<'a> Band<'a> {
         }
     }
 
-    /// Paints what the coverage says, from far to near, and settles what is contested.
+    /// Paints the masks of the coverage from far to near, and settles the contested pixels.
     fn draw_few(&mut self, tile: &Tile) {
         let coverage = &self.scratch.coverage;
         if let ([at], true, false) = (&coverage.order[..], coverage.closed, coverage.any_contested)
@@ -278,7 +279,7 @@ impl<'a> Band<'a> {
         }
     }
 
-    /// Packets for the contested pixels of a tile of few spheres.
+    /// Draws the contested pixels of a tile of few spheres by packets.
     fn settle_contested(&mut self, tile: &Tile) {
         let Scratch {
             coverage,
@@ -374,7 +375,7 @@ impl<'a> Band<'a> {
         self.put_decided(tile.pixel(column, row));
     }
 
-    /// Decides a pixel of the picture among the candidates gathered.
+    /// Decides a pixel of the picture among the gathered candidates.
     fn put_decided(&mut self, at: (u32, u32)) {
         let engine = self.engine;
         let trusted = engine.bounds != Bounds::Refused;
@@ -386,8 +387,8 @@ impl<'a> Band<'a> {
         run(line, column..column + 1).copy_from_slice(&colour_of(engine.scene, seen));
     }
 
-    /// Packets for all pixels of a tile of many spheres; `scratch.records` are the large
-    /// ones.
+    /// Draws all pixels of a tile of many spheres by packets; `scratch.records` are the large
+    /// spheres.
     fn draw_crowd(&mut self, tile: &Tile) {
         let engine = self.engine;
         let Scratch { records, crowd, .. } = &mut *self.scratch;
@@ -411,13 +412,13 @@ impl<'a> Band<'a> {
         self.decide_open(tile);
     }
 
-    /// Writes the colours of a tile, finds what is open in it, and clears its pixels, row
-    /// after row, since they are more than the nearest cache holds.
+    /// Writes the colours of a tile, finds its undecided pixels, and clears its pixels, row by
+    /// row, since a tile is larger than the first-level cache.
     fn put_crowd(&mut self, tile: &Tile) {
         let ignored = self.engine.bounds == Bounds::Ignored;
         let Scratch { pixels, open, .. } = &mut *self.scratch;
         open.clear();
-        // Boxes may reach into rows that are not drawn now.
+        // Boxes may extend into rows that are not drawn now.
         for (row, pixels) in pixels.iter_mut().enumerate() {
             if (tile.first..tile.last).contains(&row) {
                 let at = tile.column as usize * BYTES_PER_PIXEL;
@@ -434,7 +435,7 @@ impl<'a> Band<'a> {
         }
     }
 
-    /// Decides the open pixels of a tile of many spheres.
+    /// Decides the undecided pixels of a tile of many spheres.
     fn decide_open(&mut self, tile: &Tile) {
         let count = self.scratch.open.len();
         let pixels = tile.width * (tile.last - tile.first);

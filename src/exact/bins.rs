@@ -1,9 +1,9 @@
-//! Boxes to candidates: which spheres each tile has to look at.
+//! From boxes to candidates: the spheres that each tile must test.
 //!
-//! Small spheres are sorted by tile, in two passes over each run of spheres
-//! (count, then scatter), runs in parallel and each with a table of its own, so
-//! that no two threads write to one place. A sphere that would go to many tiles
-//! is large instead: one record for the whole picture, nearest first.
+//! Small spheres are sorted by tile, in two passes over each run of spheres: count, then
+//! scatter. Runs are processed in parallel, each with a table of its own, so that no two
+//! threads write to the same place. A sphere whose box meets many tiles is *large*: it has one
+//! record for the whole picture, and the large ones are sorted nearest first.
 
 use std::cmp::Ordering;
 
@@ -31,9 +31,9 @@ use crate::{
 pub(super) struct Record {
     /// Centre and radius.
     pub(super) sphere: [f32; 4],
-    /// No hit has a greater inverse depth.
+    /// The upper bound of the inverse depth of every hit.
     pub(super) upper: f32,
-    /// Its place in the file.
+    /// Its index in the file.
     pub(super) index: u32,
     pub(super) colour: Rgb,
     pub(super) unused: u8,
@@ -44,7 +44,7 @@ pub(super) struct Record {
     pub(super) bottom: u8,
 }
 
-/// Eight records, component by component.
+/// Eight records, by components.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EightRecords {
     pub(super) spheres: EightSpheres,
@@ -53,11 +53,11 @@ pub(super) struct EightRecords {
     pub(super) boxes: EightBoxes,
 }
 
-/// The boxes of eight records: their sides as bytes, the first one lowest.
+/// The boxes of eight records: each side as a byte, the first side in the lowest one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EightBoxes(u32x8);
 
-/// A sphere and its box; kept/// A sphere and its box; kept as it is if it is one of many tiles.
+/// A sphere and its box in the picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Large {
     pub(super) sphere: [f32; 4],
@@ -71,24 +71,24 @@ pub(super) struct Large {
     pub(super) bottom: u32,
 }
 
-/// A sphere of more tiles than this is large; it bounds the memory of the bins. One
-/// that covers a tile reaches beyond it on all sides, so it is large.
-const MOST_TILES: u64 = 4;
+/// A sphere whose box meets more tiles than this is large, which bounds the memory of the bins.
+/// A sphere that covers a tile extends beyond it on all sides, so it is large.
+const MAX_TILES: u64 = 4;
 
-/// Of so few spheres all are large: they may be painted by whole rows.
+/// In a scene of at most this many spheres all are large, so that whole rows may be painted.
 pub(super) const FEW_SPHERES: usize = 32;
 
-/// With more tiles than this for each sphere, and than [`LEAST_TABLE`], no table of them
-/// is made: all spheres are large. So a few rows of a huge picture take little memory.
+/// If there are more tiles than this for each sphere, and more than [`MIN_TABLE`], there is no
+/// table of tiles and all spheres are large. So a few rows of a huge picture take little memory.
 const TILES_PER_SPHERE: usize = 64;
-pub(super) const LEAST_TABLE: usize = 1 << 16;
+pub(super) const MIN_TABLE: usize = 1 << 16;
 
-/// Spheres of a run: enough to be worth a task, and so many, if there are enough for
-/// all threads, that a tile's records lie in few places.
-const LEAST_RUN: usize = 1 << 12;
-pub(super) const MOST_RUN: usize = 1 << 17;
+/// Bounds of the number of spheres in a run: enough to be worth a task, and, if there are
+/// enough runs for all threads, so many that the records of a tile are in few places.
+const MIN_RUN: usize = 1 << 12;
+pub(super) const MAX_RUN: usize = 1 << 17;
 
-/// Runs for each thread, so that none waits long for the last.
+/// Runs for each thread, so that no thread waits long for the last one.
 const RUNS_PER_THREAD: usize = 3;
 
 /// The candidates of every tile.
@@ -96,7 +96,7 @@ const RUNS_PER_THREAD: usize = 3;
 pub(super) struct Bins {
     tiles: Tiles,
     runs: Vec<Run>,
-    /// Nearest first; of equal spheres only the first of the file.
+    /// The large spheres, nearest first; of equal ones only the first of the file.
     pub(super) large: Vec<Large>,
 }
 
@@ -127,8 +127,8 @@ pub(super) struct Run {
     records: Records,
 }
 
-/// Room for records: many of them in huge pages if there are any, since getting
-/// small ones takes as long as filling them.
+/// Memory for records. If they are many, it is in huge pages where the system has them, since
+/// faulting in small pages takes as long as filling them.
 #[derive(Debug)]
 enum Records {
     Heap(Vec<Record>),
@@ -144,11 +144,11 @@ impl Default for Records {
 impl Records {
     fn new(count: usize) -> Self {
         let bytes = count * size_of::<Record>();
-        // Maps of whole huge pages begin at one.
+        // A map of whole huge pages begins at a huge page.
         if bytes >= HUGE_PAGE
             && let Ok(map) = MmapMut::map_anon(bytes.next_multiple_of(HUGE_PAGE))
         {
-            // What would be in the last one comes in small pages: clearing more than is
+            // The last part is in small pages, because clearing a huge page that is partly
             // used costs more.
             ask_for_huge(&map, 0..bytes - bytes % HUGE_PAGE);
             return Self::Mapped(map);
@@ -193,12 +193,12 @@ impl Bins {
             columns: size.width().div_ceil(side) as usize,
             rows: size.height().div_ceil(side) as usize,
         };
-        // Every run has a table of all tiles: it should not be most of its work.
+        // Every run has a table of all tiles, which should be a small part of its work.
         let tasks = RUNS_PER_THREAD * rayon::current_num_threads();
-        let run = (spheres.len() / tasks).clamp(LEAST_RUN, MOST_RUN);
-        let most_tiles = (TILES_PER_SPHERE.saturating_mul(spheres.len())).max(LEAST_TABLE);
+        let run = (spheres.len() / tasks).clamp(MIN_RUN, MAX_RUN);
+        let max_tiles = (TILES_PER_SPHERE.saturating_mul(spheres.len())).max(MIN_TABLE);
         let all_large =
-            spheres.len() <= FEW_SPHERES || tiles.count() > most_tiles || bounds == Bounds::Refused;
+            spheres.len() <= FEW_SPHERES || tiles.count() > max_tiles || bounds == Bounds::Refused;
         let run = run
             .max(if all_large { 0 } else { tiles.count() })
             .next_multiple_of(LANES);
@@ -265,21 +265,21 @@ impl Bins {
     }
 }
 
-/// Where the spheres of a run go, between the two passes.
+/// The tiles of the spheres of a run, between the two passes.
 #[derive(Debug, Default)]
 pub(super) struct Placements {
     eights: Vec<Placed>,
-    /// Those that go to several tiles.
+    /// The spheres that go to several tiles.
     several: Vec<Large>,
 }
 
-/// Where eight spheres go.
+/// The tiles of eight spheres.
 #[derive(Debug)]
 struct Placed {
-    /// Which lanes go to one tile, and which to several.
+    /// Masks of the lanes that go to one tile, and of those that go to several.
     one: u32,
     several: u32,
-    /// The tile of those that go to one, their boxes in it as in a record, and their
+    /// For the lanes that go to one tile: the tile, the boxes in it as in a record, and the
     /// greatest inverse depth.
     tile: [u32; LANES],
     sides: [u32; LANES],
@@ -287,7 +287,7 @@ struct Placed {
 }
 
 impl Run {
-    /// Sorts a range of spheres by tile. Returns those that are large.
+    /// Sorts a range of spheres by tile. Returns the large ones.
     fn fill(
         &mut self,
         spheres: &Spheres,
@@ -337,7 +337,7 @@ impl Run {
                     bottom: boxes.bottom[lane],
                 };
                 let covered = tiles.of(&sphere);
-                if all_large || covered.count() > MOST_TILES {
+                if all_large || covered.count() > MAX_TILES {
                     large.push(sphere);
                 } else {
                     eight.several |= 1 << lane;
@@ -378,7 +378,7 @@ impl Run {
                 }
             }
         }
-        // Each start has moved to where the next one was.
+        // Each start has moved to the position of the next one.
         if !starts.is_empty() {
             starts.rotate_right(1);
             starts[0] = 0;
@@ -387,7 +387,7 @@ impl Run {
     }
 }
 
-/// The components of eight spheres; beyond the last one there is room for that.
+/// The components of eight spheres; the arrays are padded beyond the last one.
 #[inline]
 fn components(spheres: &Spheres, first: usize) -> [[f32; LANES]; 4] {
     [spheres.x(), spheres.y(), spheres.z(), spheres.radius()].map(|all| {
@@ -416,7 +416,7 @@ fn records_of(spheres: &Spheres, first: usize, placed: &Placed) -> [Record; LANE
     bytemuck::cast(f32x8::transpose([x, y, z, r, upper, index, colours, sides]))
 }
 
-/// The tiles of a box: first and last column and row of them.
+/// The tiles of a box: the first and the last column and row of tiles.
 #[derive(Clone, Copy, Debug)]
 struct Covered {
     left: u32,
@@ -436,8 +436,8 @@ impl Tiles {
         }
     }
 
-    /// The tiles of the first pixels of eight boxes, the boxes within them as the sides
-    /// of a record, and which of them reach no further.
+    /// The tiles of the first pixels of eight boxes, the boxes within them as the sides of a
+    /// record, and a mask of the boxes that are within one tile.
     #[inline]
     fn of_eight(self, boxes: &Boxes) -> ([u32; LANES], [u32; LANES], u32) {
         let Boxes {
@@ -469,7 +469,7 @@ impl Covered {
         across.saturating_mul(down)
     }
 
-    /// Visits them: place in the table, column, row.
+    /// Calls a function with the index in the table, the column and the row of each tile.
     #[inline]
     fn each(self, tiles: Tiles, mut visit: impl FnMut(usize, u32, u32)) {
         let mut row = self.top;
@@ -537,13 +537,13 @@ impl EightBoxes {
         self.side(3)
     }
 
-    /// First and last column and row of one of them.
+    /// The first and the last column and row of one box.
     #[inline]
     pub(super) fn sides(&self, lane: usize) -> [usize; 4] {
         self.0.as_array()[lane].to_le_bytes().map(usize::from)
     }
 
-    /// Those that are no wider and no higher than a packet is wide.
+    /// A mask of the boxes that are neither wider nor higher than a packet is wide.
     #[inline]
     pub(super) fn narrow(self) -> u32 {
         let bytes = u32x8::splat(0x00ff_00ff);
@@ -552,7 +552,7 @@ impl EightBoxes {
         beyond.simd_eq(u32x8::splat(0)).to_bitmask()
     }
 
-    /// Those that hold a pixel.
+    /// A mask of the boxes that contain a pixel.
     #[inline]
     pub(super) fn holding(self, column: u8, row: u8) -> u32 {
         // With the last column and row complemented, no byte is greater than the pixel's.
@@ -570,17 +570,17 @@ impl Record {
         [self.left, self.right, self.top, self.bottom]
     }
 
-    /// Pixels of its box.
+    /// The number of pixels in its box.
     pub(super) fn area(&self) -> usize {
         (usize::from(self.right - self.left) + 1) * (usize::from(self.bottom - self.top) + 1)
     }
 
-    /// Whether its box is no wider and no higher than a packet is wide.
+    /// Whether its box is neither wider nor higher than a packet is wide.
     pub(super) fn is_narrow(&self) -> bool {
         usize::from(self.right - self.left) < LANES && usize::from(self.bottom - self.top) < LANES
     }
 
-    /// The sphere, by its place in the file.
+    /// The index of the sphere.
     pub(super) fn candidate(&self) -> Candidate {
         (self.index, self.sphere)
     }
@@ -590,13 +590,12 @@ impl Record {
         self.sphere == other.sphere
     }
 
-    /// An order in which equal spheres stand together, the first of the file before the
-    /// others.
+    /// An order in which equal spheres are adjacent, the first of the file before the others.
     pub(super) fn cmp_spheres(&self, other: &Self) -> Ordering {
         cmp_spheres(&self.sphere, &other.sphere).then(self.index.cmp(&other.index))
     }
 
-    /// Whether no pixel lies in both boxes.
+    /// Whether the boxes have no pixel in common.
     pub(super) fn is_apart(&self, other: &Self) -> bool {
         are_apart(self.sides(), other.sides())
     }
@@ -608,21 +607,21 @@ fn are_apart<T: PartialOrd>(a: [T; 4], b: [T; 4]) -> bool {
     left > other[1] || other[0] > right || top > other[3] || other[2] > bottom
 }
 
-/// An order of spheres in which those that are equal as numbers are equal.
+/// An order of spheres in which spheres of equal numbers are equal.
 fn cmp_spheres(a: &[f32; 4], b: &[f32; 4]) -> Ordering {
-    // The sum has no minus zero.
+    // Adding zero turns minus zero into zero.
     let bits = |sphere: &[f32; 4]| sphere.map(|length| (length + 0.0).to_bits());
     bits(a).cmp(&bits(b))
 }
 
 impl Large {
-    /// Whether no pixel lies in both boxes.
+    /// Whether the boxes have no pixel in common.
     pub(super) fn is_apart(&self, other: &Self) -> bool {
         let sides = |large: &Self| [large.left, large.right, large.top, large.bottom];
         are_apart(sides(self), sides(other))
     }
 
-    /// The part of it in the tile at `(x, y)`.
+    /// The part of it that is in the tile at `(x, y)`.
     #[inline]
     pub(super) fn record(&self, x: u32, y: u32, side: u32) -> Record {
         let within = |at: u32, origin: u32| at.saturating_sub(origin).min(side - 1) as u8;

@@ -1,5 +1,5 @@
-//! The box of pixels in which a sphere can be seen, and an upper bound of its inverse
-//! depth, eight spheres at a time.
+//! The box of pixels in which a sphere may be visible, and an upper bound of its inverse depth,
+//! for eight spheres at a time.
 
 use wide::f64x8;
 
@@ -15,21 +15,21 @@ use crate::spheres::{LANES, Sphere};
 #[cfg(test)]
 mod tests;
 
-/// Where eight spheres can be seen at all.
+/// The boxes of eight spheres.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Boxes {
-    /// Which lanes can show in the picture.
+    /// A mask of the lanes that may be visible in the picture.
     pub(super) visible: u32,
     /// First and last column and row, within the picture.
     pub(super) left: [u32; LANES],
     pub(super) right: [u32; LANES],
     pub(super) top: [u32; LANES],
     pub(super) bottom: [u32; LANES],
-    /// No hit has a greater inverse depth.
+    /// The upper bound of the inverse depth of every hit.
     pub(super) upper: [f32; LANES],
 }
 
-/// Whole numbers from 0 to `2^32 - 1`: added to `2^52`, they are the low bits.
+/// Converts whole numbers from 0 to `2^32 - 1`: after adding `2^52` they are in the low bits.
 #[inline]
 fn whole(lanes: f64x8) -> [u32; LANES] {
     let bits: [u64; LANES] = bytemuck::cast(lanes + splat(f64::from_bits(0x433 << 52)));
@@ -41,9 +41,9 @@ impl Boxes {
     /// X = (Cx Cz -+ r sqrt(Cx^2 + q))/q     q = (Cz - r)(Cz + r) > 0
     /// ```
     ///
-    /// are the planes through the y axis that touch the sphere; `Y` likewise. No
-    /// point of it is nearer than `z = Cz - r`. Where `Cz <= r` the outline is no
-    /// ellipse: see [`Self::set_beside`]. (Theorem 1.)
+    /// are the planes through the y axis that touch the sphere, and likewise for `Y`. No point
+    /// of it is nearer than `z = Cz - r`. Where `Cz <= r` the outline is not an ellipse: see
+    /// [`Self::set_beside`]. (Theorem 1.)
     #[inline]
     pub(super) fn new(grid: &Grid, spheres: &EightSpheres) -> Self {
         let &EightSpheres { x, y, z, r } = spheres;
@@ -74,7 +74,7 @@ impl Boxes {
             & left.simd_le(last_column)
             & bottom.simd_ge(zero)
             & top.simd_le(last_row);
-        // What is no number is 0, in lanes that nobody asks for.
+        // NaN becomes 0, in lanes that are not used.
         let clamped = |end: f64x8, last: f64x8| {
             let end = end.simd_gt(zero).select(end, zero);
             whole(end.simd_lt(last).select(end, last))
@@ -96,14 +96,14 @@ impl Boxes {
         boxes
     }
 
-    /// A sphere that reaches the plane `z = 0`: its outline is a branch of a hyperbola
-    /// or a parabola, or there is none since the camera is inside.
+    /// Sets the box of a sphere that reaches the plane `z = 0`. Its outline is a branch of a
+    /// hyperbola or a parabola, or there is none because the camera is inside.
     #[cold]
     fn set_beside(&mut self, lane: usize, grid: &Grid, sphere: &Sphere) {
         let size = grid.camera().size();
         let [x, y, _] = sphere.centre;
         let columns = ends_beside(sphere, x, grid.x_axis.scale, size.width());
-        // Rows go down where Y goes up.
+        // Row numbers increase as Y decreases.
         let rows = ends_beside(sphere, -y, grid.y_axis.scale, size.height());
         if let (Some((left, right)), Some((top, bottom))) = (columns, rows) {
             self.visible |= 1 << lane;
@@ -114,10 +114,10 @@ impl Boxes {
     }
 }
 
-/// First and last column of a sphere with `-r < Cz <= r`, `Cx` being `across`; the
-/// same for rows. With `q = (Cz - r)(Cz + r) <= 0` and `w = Cx^2 + q`, the outline is
-/// everywhere for `w <= 0`, else beyond the plane through the y axis that touches the
-/// sphere before the camera (`exact::proof`, theorem 1):
+/// The first and the last column of a sphere with `-r < Cz <= r` and `Cx = across`, or likewise
+/// of rows. Let `q = (Cz - r)(Cz + r) <= 0` and `w = Cx^2 + q`. For `w <= 0` the sphere covers
+/// all columns, else those beyond the plane through the y axis that touches the sphere in front
+/// of the camera (`exact::proof`, theorem 1):
 ///
 /// ```text
 /// |X| >= (|Cx| - r)(|Cx| + r)/(|Cx| Cz + r sqrt w)      Cz >= 0
@@ -144,7 +144,7 @@ fn ends_beside(sphere: &Sphere, across: f32, scale: f64, side: u32) -> Option<(u
     let pixels = slope * scale;
     let slack = BOX_BOUND * (pixels.abs() + f64::from(side));
     let middle = 0.5 * f64::from(last);
-    // NaN, of a plane at infinity, bounds nothing.
+    // NaN, from a plane at infinity, gives no bound.
     let first = (middle + pixels - slack).ceil().max(0.0);
     if first > f64::from(last) {
         return None;

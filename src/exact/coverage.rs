@@ -1,8 +1,8 @@
-//! Tiles of few spheres: which columns each row covers, as masks of 64 bits.
+//! Tiles of few spheres: the columns that each sphere covers in each row, as masks of 64 bits.
 //!
-//! Spheres are taken from far to near. Where a sphere is surely covered and nearer than
-//! all spheres before it, it is seen. Pixels in which the intervals of two spheres
-//! overlap, and pixels too close to an outline, are *contested*: bits of a mask, too.
+//! Spheres are processed from far to near. Where a sphere certainly covers a pixel and is nearer
+//! than all spheres before it, it is visible. Pixels in which the intervals of two spheres
+//! overlap, and pixels too close to an outline, are *contested*, which is a mask too.
 
 use wide::f64x8;
 
@@ -19,7 +19,7 @@ use crate::spheres::LANES;
 #[cfg(test)]
 mod tests;
 
-/// Spheres of so many pixels in a tile are worth bounds of their own there.
+/// For spheres with at least this many pixels in a tile, bounds within the tile are worthwhile.
 const REFINED: usize = 512;
 
 /// Eight rows of a tile.
@@ -32,10 +32,10 @@ pub(super) type Mask = [[u64; LANES]; OCTETS];
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Covering {
     pub(super) record: Record,
-    /// No hit in its box has a smaller or a greater inverse depth.
+    /// The lower and the upper bound of the inverse depth of every hit in its box.
     lower: f32,
     upper: f32,
-    /// Where its first octet is among those of all spheres.
+    /// The index of its first octet among those of all spheres.
     rows: usize,
 }
 
@@ -59,7 +59,7 @@ pub(super) struct Tile {
     /// Its first column and row in the picture.
     pub(super) column: u32,
     pub(super) row: u32,
-    /// Columns that lie in the picture.
+    /// The number of columns within the picture.
     pub(super) width: usize,
     /// Rows that are drawn now.
     pub(super) first: usize,
@@ -67,17 +67,17 @@ pub(super) struct Tile {
 }
 
 impl Tile {
-    /// Column and row in the picture of one of its pixels.
+    /// The column and the row in the picture of one of its pixels.
     pub(super) fn pixel(&self, column: usize, row: usize) -> (u32, u32) {
         (self.column + column as u32, self.row + row as u32)
     }
 
-    /// Whether it meets nothing of the tile that is drawn now.
+    /// Whether a record has no pixel in the part of the tile that is drawn now.
     pub(super) fn is_beside(&self, record: &Record) -> bool {
         usize::from(record.bottom) < self.first || usize::from(record.top) >= self.last
     }
 
-    /// Whether a box is all of the tile that is drawn now.
+    /// Whether a box is the whole part of the tile that is drawn now.
     pub(super) fn is_all_of(&self, record: &Record) -> bool {
         record.left == 0
             && usize::from(record.right) + 1 >= self.width
@@ -85,8 +85,9 @@ impl Tile {
             && usize::from(record.bottom) + 1 >= self.last
     }
 
-    /// Rectangles around the boxes of up to eight records. A packet may reach seven columns
-    /// beyond the box; and one row at least, so that every coefficient is bounded.
+    /// Rectangles around the boxes of up to eight records. They have seven more columns, since a
+    /// packet may extend beyond the box, and at least one row, so that every coefficient is
+    /// bounded.
     #[inline]
     pub(super) fn rectangles(&self, records: &EightRecords) -> Rectangles {
         let half = |first: f64x8, last: f64x8, more: f64| {
@@ -105,27 +106,27 @@ impl Tile {
     }
 }
 
-/// What is known of a tile of few spheres.
+/// The spheres of a tile of few spheres, and what they cover.
 #[derive(Debug, Default)]
 pub(super) struct Coverage {
     pub(super) spheres: Vec<Covering>,
     /// The octets of all spheres' boxes, one sphere after another.
     rows: Vec<EightRows>,
-    /// First column that a row may cover, and the one after the last; likewise.
+    /// The first column that a row may cover, and the one after the last; in the same order.
     ends: Vec<[u8; 2]>,
     keys: Vec<u64>,
-    /// Places of those that are not hidden, from far to near.
+    /// The indices of the spheres that are not hidden, from far to near.
     pub(super) order: Vec<usize>,
-    /// Whether the first in the order covers all of the tile.
+    /// Whether the first in the order covers the whole tile.
     pub(super) closed: bool,
     pub(super) contested: Mask,
     pub(super) any_contested: bool,
-    /// What overlaps in depth with the sphere at hand.
+    /// The spheres whose intervals overlap that of the current sphere.
     overlap: Mask,
 }
 
 impl Coverage {
-    /// Finds what of the tile each of the records covers, and what is contested.
+    /// Finds the pixels of the tile that each record covers, and those that are contested.
     pub(super) fn find(&mut self, grid: &Grid, tile: &Tile, records: &[Record], bounds: Bounds) {
         self.spheres.clear();
         self.rows.clear();
@@ -147,7 +148,7 @@ impl Coverage {
         let rectangles = tile.rectangles(&eight);
         let placement = Placement {
             rows: rectangles.rows,
-            // A row of eight may reach seven rows beyond the box on either side.
+            // An octet may extend seven rows beyond the box on either side.
             down: rectangles.down + f64x8::splat(LANES as f64),
             column: tile.column,
             row: tile.row,
@@ -172,7 +173,7 @@ impl Coverage {
         &self.rows[covering.rows..][..covering.octets().len()]
     }
 
-    /// First column that a sphere may cover, and the one after the last, of rows of its box.
+    /// The first column that a sphere may cover, and the one after the last, in rows of its box.
     pub(super) fn ends_of(&self, covering: &Covering, rows: std::ops::Range<usize>) -> &[[u8; 2]] {
         let first = covering.rows * LANES + rows.start - covering.first_octet() * LANES;
         &self.ends[first..first + rows.len()]
@@ -183,12 +184,12 @@ impl Coverage {
         self.rows_of(covering)[row / LANES - covering.first_octet()].outer[row % LANES]
     }
 
-    /// Whether a sphere may be seen in a pixel.
+    /// Whether a sphere may be visible in a pixel.
     pub(super) fn may_cover(&self, covering: &Covering, column: usize, row: usize) -> bool {
         covering.octets().contains(&(row / LANES)) && self.outer(covering, row) >> column & 1 == 1
     }
 
-    /// Whether a sphere may be seen in any pixel that is contested.
+    /// Whether a sphere may be visible in a contested pixel.
     pub(super) fn is_contested(&self, covering: &Covering) -> bool {
         let contested = &self.contested[covering.octets()];
         contested
@@ -200,17 +201,17 @@ impl Coverage {
             })
     }
 
-    /// From far to near; of equal spheres the first of the file stays.
+    /// Sorts from far to near; of equal spheres the first of the file stays.
     fn sort(&mut self) {
         let spheres = &self.spheres;
         self.keys.clear();
-        // What is missed is negative, and first; the bits of others are ordered as they are.
+        // Missed spheres are negative, and first; the bits of the others are in their order.
         let key = |(at, covering): (u64, &Covering)| {
             u64::from(covering.upper.max(0.0).to_bits()) << 32 | at
         };
         self.keys.extend((0..).zip(spheres).map(key));
         self.keys.sort_unstable();
-        // Only those that are equally near can be equal.
+        // Equal spheres have equal bounds, so only neighbours with equal bounds are compared.
         let alike = |a: &u64, b: &u64| a >> 32 == b >> 32;
         let place = |key: u64| key as u32 as usize;
         let record = |key: u64| &spheres[place(key)].record;
@@ -232,8 +233,8 @@ impl Coverage {
             .any(|pair| self.spheres[pair[0]].upper >= self.spheres[pair[1]].lower)
     }
 
-    /// Bounds of the inverse depths in their boxes instead of those of whole spheres, for
-    /// spheres of many pixels: small ones have nearly all of them here.
+    /// Computes bounds of the inverse depths in the boxes instead of those of whole spheres, for
+    /// spheres with many pixels. Small ones have nearly all of their pixels here.
     fn refine(&mut self, grid: &Grid, tile: &Tile) {
         let large = |&at: &usize| self.spheres[at].record.area() >= REFINED;
         let places: Vec<usize> = (0..self.spheres.len()).filter(large).collect();
@@ -252,7 +253,7 @@ impl Coverage {
         }
     }
 
-    /// Drops what lies behind a sphere that covers all of the tile.
+    /// Drops the spheres behind one that covers the whole tile.
     fn drop_hidden(&mut self, tile: &Tile) {
         let full = u64::MAX >> (SIDE - tile.width);
         let covers = |covering: &Covering| {

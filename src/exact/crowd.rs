@@ -1,8 +1,8 @@
-//! Tiles of many spheres: packets for every pixel.
+//! Tiles of many spheres, drawn by packets for every pixel.
 //!
-//! Where boxes are small and lie side by side, spheres are met in file order, straight
-//! from the bins. Where much lies behind others they are met nearest first, and a sphere
-//! that is farther than all leaders of its box is left out.
+//! Where boxes are small and overlap little, spheres are met in file order, directly from the
+//! bins. Where many lie behind others they are met nearest first, and a sphere that is farther
+//! than all leaders in its box is skipped.
 
 use std::ops::ControlFlow;
 
@@ -20,31 +20,31 @@ use super::{
 };
 use crate::spheres::LANES;
 
-/// Boxes that would cover a tile so many times are worth ordering, if on the average
-/// they are of so many pixels.
+/// Spheres are worth sorting if their boxes would cover the tile this many times, and have on
+/// average this many pixels.
 const DEEP: usize = 8;
 const LABORIOUS: usize = 16;
 
-/// Of so many spheres one is asked for its box.
+/// One of this many spheres is in the sample of boxes.
 const SAMPLE: usize = 16;
 
-/// So many open pixels in a tile are no accident: some spheres may be equal.
+/// This many undecided pixels in a tile suggest that some spheres are equal.
 const MANY_OPEN: usize = 64;
 
-/// After so many packets, those of a whole tile, and again after each quarter more, it
-/// is asked what the spheres before hide.
+/// After this many packets, those of a whole tile, and again after each further quarter, the
+/// inverse depths behind which spheres are hidden are updated.
 const FIRST_FLOORS: u64 = (SIDE * BLOCKS) as u64;
 
-/// Blocks of 8 x 8 pixels along the side of the largest tile: a tile's blocks are the
-/// bits of a `u64`.
+/// Blocks of 8 x 8 pixels along the side of the largest tile. The blocks of a tile are the bits
+/// of a `u64`.
 const BLOCKS: usize = SIDE / LANES;
 
-/// A pixel of a tile that packets left open.
+/// A pixel of a tile that packets left undecided.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OpenPixel {
     pub(super) column: u8,
     pub(super) row: u8,
-    /// What is seen has no smaller inverse depth.
+    /// The lower bound of the inverse depth of the visible sphere.
     pub(super) lower: f32,
 }
 
@@ -73,38 +73,38 @@ impl CrowdedTile<'_> {
     }
 }
 
-/// Room for the spheres of a tile.
+/// Memory for the spheres of a tile.
 #[derive(Debug, Default)]
 pub(super) struct Crowd {
     /// The spheres of the tile.
     records: Vec<Record>,
-    /// Of those that were met, the boxes.
+    /// The boxes of the spheres that were met.
     boxes: Vec<EightBoxes>,
-    /// Behind this, all is hidden by one large sphere.
+    /// The inverse depth behind which one large sphere hides everything.
     floor: f32,
     sorted: Vec<Record>,
     keys: Vec<u64>,
     hidden: Hidden,
 }
 
-/// What is known to be hidden while the spheres of a tile are met.
+/// The inverse depths behind which everything is hidden.
 #[derive(Debug, Default)]
 struct Hidden {
-    /// Behind this, all over the tile.
+    /// In the whole tile.
     floor: f32,
-    /// Behind this, in each block, if that was asked.
+    /// In each block, if that has been computed.
     floors: Option<[f32; BLOCKS * BLOCKS]>,
-    /// Packets met.
+    /// The number of packets so far.
     met: u64,
     next_floors: u64,
-    /// Whether the first sphere came again: then others may, too, and only an order
-    /// tells copies apart quickly.
+    /// Whether the first sphere occurs again. Then others may too, and sorting is the fastest
+    /// way to find copies.
     copied: bool,
 }
 
 impl Crowd {
-    /// Gathers the spheres of a tile, `large` ones and small ones. Returns whether an order
-    /// pays.
+    /// Gathers the spheres of a tile, the `large` ones and the small ones. Returns whether they
+    /// are worth sorting.
     pub(super) fn gather(&mut self, crowded: &CrowdedTile<'_>, large: &mut Vec<Record>) -> bool {
         self.floor = self.refine(crowded, large);
         self.records.clear();
@@ -113,8 +113,8 @@ impl Crowd {
         self.is_deep(large.len())
     }
 
-    /// Meets the spheres of a tile, of whose pixels only the background is known; if
-    /// `sorted`, the nearest first. Returns in how many packets.
+    /// Meets the spheres of a tile whose pixels hold only the background; if `sorted`, the
+    /// nearest first. Returns the number of packets.
     pub(super) fn meet(
         &mut self,
         crowded: &CrowdedTile<'_>,
@@ -129,13 +129,13 @@ impl Crowd {
         self.hidden.met
     }
 
-    /// Whether copies leave so many pixels open that the spheres should be met in order.
+    /// Whether copies leave so many pixels undecided that the spheres should be sorted.
     pub(super) fn may_hold_copies(&self, open: usize) -> bool {
         self.hidden.copied || open > MANY_OPEN
     }
 
-    /// Whether the boxes of a tile lie so deep that an order pays, by the large ones and a
-    /// sample of the others.
+    /// Whether the boxes of a tile overlap so much that sorting is worthwhile, by the large
+    /// spheres and a sample of the others.
     fn is_deep(&self, large: usize) -> bool {
         let (large, small) = self.records.split_at(large);
         let sample = small.iter().step_by(SAMPLE);
@@ -145,12 +145,12 @@ impl Crowd {
         sample + large >= LABORIOUS * count && sample * SAMPLE + large >= DEEP * SIDE * SIDE
     }
 
-    /// The spheres that may be seen in an open pixel.
+    /// The spheres that may be visible in an undecided pixel.
     pub(super) fn candidates(&self, pixel: &OpenPixel, candidates: &mut Vec<Candidate>) {
         candidates.clear();
         for (boxes, records) in self.boxes.iter().zip(self.records.chunks(LANES)) {
             for lane in set_bits(u64::from(boxes.holding(pixel.column, pixel.row))) {
-                // A chunk of fewer is filled with its last.
+                // A shorter chunk is filled with its last record.
                 if let Some(record) = records.get(lane)
                     && record.upper >= pixel.lower
                 {
@@ -160,8 +160,8 @@ impl Crowd {
         }
     }
 
-    /// Gives large spheres the bounds of their inverse depths in this tile, and drops those
-    /// that are hidden in it. Returns the inverse depth behind which all is hidden.
+    /// Gives large spheres the bounds of their inverse depths in this tile, and drops those that
+    /// are hidden in it. Returns the inverse depth behind which everything is hidden.
     fn refine(&self, crowded: &CrowdedTile<'_>, large: &mut Vec<Record>) -> f32 {
         let mut floor = f32::NEG_INFINITY;
         if crowded.bounds != Bounds::Proven {
@@ -216,7 +216,8 @@ impl Crowd {
         self.records = records;
     }
 
-    /// Meets up to eight spheres. Breaks if the first sphere of the tile is among them again.
+    /// Meets up to eight spheres. Breaks if a copy of the first sphere of the tile is among
+    /// them.
     #[inline]
     fn meet_unsorted<const PROVEN: bool>(
         &mut self,
@@ -247,8 +248,8 @@ impl Crowd {
         ControlFlow::Continue(())
     }
 
-    /// Meets up to eight spheres where they are not hidden by those before. Breaks if all
-    /// that follow are hidden.
+    /// Meets up to eight spheres where those before do not hide them. Breaks if all that follow
+    /// are hidden.
     #[inline]
     fn meet_sorted<const PROVEN: bool>(
         &mut self,
@@ -287,7 +288,7 @@ impl CrowdedTile<'_> {
         Depths::new(self.grid, &rectangles, &eight.spheres).to_floats(self.bounds)
     }
 
-    /// Meets a sphere in all of its box.
+    /// Meets a sphere in its whole box.
     #[inline]
     fn meet<const PROVEN: bool>(
         &self,
@@ -309,7 +310,7 @@ impl CrowdedTile<'_> {
     }
 }
 
-/// Meets a sphere in some blocks of its box, and perhaps beside them.
+/// Meets a sphere in some blocks of its box, and perhaps in pixels beside them.
 fn meet_blocks<const PROVEN: bool>(
     meetings: &Meetings<'_>,
     lane: usize,
@@ -333,7 +334,7 @@ fn meet_blocks<const PROVEN: bool>(
 }
 
 impl Hidden {
-    /// The blocks in which a sphere may be seen; all if that was not asked.
+    /// The blocks in which a sphere may be visible; all if that has not been computed.
     fn open_blocks(&self, record: &Record) -> u64 {
         let Some(floors) = &self.floors else {
             return u64::MAX;
@@ -343,7 +344,7 @@ impl Hidden {
         blocks.fold(0, |open, block| open | 1 << block)
     }
 
-    /// Asks what the leaders of each block hide.
+    /// Computes the inverse depth behind which the leaders of each block hide everything.
     fn ask(&mut self, tile: &Tile, pixels: &[PixelRow]) {
         self.next_floors = self.met + (self.met / 4).max(FIRST_FLOORS);
         let mut floors = [f32::INFINITY; BLOCKS * BLOCKS];
@@ -373,7 +374,7 @@ fn nearest_first(records: &mut Vec<Record>, sorted: &mut Vec<Record>, keys: &mut
     keys.extend((0..).zip(&*records).map(key));
     keys.sort_unstable();
     let record = |key: u64| &records[key as u32 as usize];
-    // Only those that are equally near can be equal.
+    // Equal spheres have equal keys, so only neighbours with equal keys are compared.
     let alike = |a: &u64, b: &u64| a >> 32 == b >> 32;
     for alike in keys.chunk_by_mut(alike) {
         if alike.len() > 1 {
@@ -392,7 +393,7 @@ fn blocks_of(record: &Record) -> u64 {
     let side = LANES as u8;
     let (left, right) = (record.left / side, record.right / side);
     let (top, bottom) = (record.top / side, record.bottom / side);
-    // Rows as bytes of ones, columns as the same bits in each of them.
+    // Rows are bytes of ones; columns are the same bits in each byte.
     let rows = (u64::MAX << (8 * top)) & (u64::MAX >> (56 - 8 * bottom));
     let columns = (0xff_u64 << left) & (0xff >> (7 - right));
     rows & columns.wrapping_mul(0x0101_0101_0101_0101)

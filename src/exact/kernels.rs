@@ -34,7 +34,7 @@ pub(super) trait Number:
         (sum, (self - virtual_self) + (other - virtual_other))
     }
 
-    /// As [`two_sum`](Self::two_sum), for `|self| >= |other|` or `self = 0` (Dekker).
+    /// Like [`two_sum`](Self::two_sum), for `|self| >= |other|` or `self = 0` (Dekker).
     #[inline(always)]
     fn fast_two_sum(self, other: Self) -> (Self, Self) {
         let sum = self + other;

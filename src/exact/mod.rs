@@ -10,18 +10,18 @@
 //! | | `kernels` | the formulas whose roundings those bounds count |
 //! | | `grid` | the pixel grid, spheres eight at a time |
 //! | | `real`, `sight` | a ray and a sphere in doubles and in double-doubles, with running bounds |
-//! | spheres -> boxes | `boxes` | where a sphere can be seen, and how near; culling |
+//! | spheres -> boxes | `boxes` | the pixels in which a sphere may be visible, and its greatest inverse depth; culling |
 //! | boxes -> bins | `bins` | the candidates of every tile |
 //! | | `outline` | the columns a sphere covers in eight rows, as masks |
-//! | | `depths` | inverse depths around a rectangle, as polynomials with a bound |
-//! | tile of few spheres | `coverage` | masks from far to near; what is contested |
+//! | | `depths` | inverse depths in a rectangle, as polynomials with an error bound |
+//! | tile of few spheres | `coverage` | masks from far to near; contested pixels |
 //! | tile of many spheres | `crowd` | packets for every pixel, nearest first where that pays |
 //! | | `packet` | eight pixels against a sphere, each inverse depth an interval |
-//! | what is left open | `decide`, `integers` | doubles, double-doubles, integers |
+//! | undecided pixels | `decide`, `integers` | doubles, double-doubles, integers |
 //! | bytes | `paint` | runs and packets to bytes |
-//! | all of it | `band`, `rows` | a row of tiles; whole rows where no depths overlap |
+//! | all of it | `band`, `rows` | a row of tiles; whole rows where no inverse depths overlap |
 //!
-//! Why it is right, theorem by theorem: [`proof`].
+//! The [`proof`] shows, theorem by theorem, that every pixel is right.
 
 mod band;
 mod bins;
@@ -66,7 +66,7 @@ use crate::{
     spheres::{LANES, Sphere, Spheres},
 };
 
-/// The places of the bits that are set.
+/// The positions of the bits that are set.
 fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let place = (bits != 0).then(|| bits.trailing_zeros() as usize);
@@ -75,10 +75,10 @@ fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Whether a sphere may show in some rows of a picture, so that a scene can be read
-/// without the others; see [`Scene::read_kept`](crate::scene::Scene::read_kept). True
-/// of every sphere that shows there by the meaning of the picture, which the float
-/// methods may miss.
+/// Whether a sphere may be visible in some rows of a picture, so that a scene can be read
+/// without the others; see [`Scene::read_kept`](crate::scene::Scene::read_kept). True for every
+/// sphere that is visible there in the exact picture, though perhaps not for one that a float
+/// method shows there by mistake.
 pub fn may_show(
     viewport: Viewport,
     size: ImageSize,
@@ -93,7 +93,7 @@ pub fn may_show(
     }
 }
 
-/// A scene set up for exact drawing at one size.
+/// A scene prepared for exact drawing at one size.
 #[derive(Debug)]
 pub(crate) struct Engine<'scene> {
     scene: &'scene Scene,
@@ -140,11 +140,11 @@ impl<'scene> Engine<'scene> {
     }
 }
 
-/// Spheres of a scene that its scale is taken from.
+/// The number of spheres in the sample that determines the scale.
 const SCALE_SAMPLE: usize = 255;
 
-/// A power of two: an ordinary inverse depth times this is about 1. The median of a
-/// sample is no matter of one odd sphere.
+/// A power of two by which an ordinary inverse depth becomes about 1. It comes from the median
+/// of a sample, which a few unusual spheres do not change.
 fn scale_of(spheres: &Spheres, grid: &Grid) -> f64 {
     let step = (spheres.len() / SCALE_SAMPLE).max(1);
     let sample: Vec<[f32; 4]> = (0..spheres.len())

@@ -1,19 +1,20 @@
-//! Packets: eight pixels of a row against one sphere after another, each inverse depth
-//! an interval.
+//! Packets: eight pixels of a row are intersected with one sphere after another. Each inverse
+//! depth is an interval.
 //!
 //! ```text
-//! upper = b + sqrt d                          NaN: surely missed
-//! lower = b - spread + sqrt(d - d_spread)     NaN: not surely hit
+//! upper = b + sqrt d                          NaN: certainly missed
+//! lower = b - spread + sqrt(d - d_spread)     NaN: not certainly hit
 //! ```
 //!
-//! Per pixel it is enough to keep the leader, of the spheres that are surely hit that of
-//! the greatest `upper`, and the greatest `upper` among its rivals: the leader is seen if
-//! its `lower` is above that. The background leads with 0, and what lies behind the
-//! camera is negative. A comparison with NaN is false, so a miss changes nothing and a
-//! doubtful hit never leads. What is left open goes to [`decide`](super::decide).
+//! For each pixel it is enough to keep two spheres' bounds: those of the leader, which of the
+//! spheres that are certainly hit has the greatest `upper`, and the greatest `upper` of all
+//! others, its rivals. The leader is visible if its `lower` is above that. The background leads
+//! with 0, and hits behind the camera are negative. A comparison with NaN is false, so a miss
+//! changes nothing and an uncertain hit never leads. Undecided pixels go to
+//! [`decide`](super::decide).
 //!
-//! Of the leader's `lower` only `upper - lower` is kept, rounded up to a power of two:
-//! its exponent is the fourth byte of the colour.
+//! Instead of the leader's `lower`, the width `upper - lower` is kept, rounded up to a power of
+//! two: its exponent is the fourth byte of the colour.
 
 use wide::{f32x8, f64x8, u32x8};
 
@@ -31,14 +32,14 @@ use crate::{camera::BYTES_PER_PIXEL, spheres::LANES};
 #[cfg(test)]
 mod tests;
 
-/// Pixels of a row of the largest tile.
+/// Pixels in a row of the largest tile.
 pub(super) const SIDE: usize = 64;
 
-/// What is known of the pixels of a row. A packet may begin anywhere in it, so
-/// there is room for one that begins at the last pixel.
+/// The leaders and rivals of the pixels of a row. A packet may begin anywhere in it, so there is
+/// room for one that begins at the last pixel.
 #[derive(Clone, Debug)]
 pub(super) struct PixelRow {
-    /// The leader's.
+    /// The `upper` of the leader.
     upper: [f32; SIDE + LANES],
     /// The greatest `upper` of all but the leader.
     rival: [f32; SIDE + LANES],
@@ -59,8 +60,8 @@ fn put<T: Copy>(of: &mut [T; SIDE + LANES], first: usize, lanes: [T; LANES]) {
     of[first..first + LANES].copy_from_slice(&lanes);
 }
 
-/// The exponents of powers of two above some widths, none negative, as the fourth bytes
-/// of colours. Beyond the greatest float it is infinity.
+/// The exponents of powers of two above some widths, none of which is negative, as the fourth
+/// bytes of colours. Above the greatest float the power is infinity.
 #[inline(always)]
 fn exponents(widths: f32x8) -> u32x8 {
     let bits: u32x8 = bytemuck::cast(widths);
@@ -68,14 +69,14 @@ fn exponents(widths: f32x8) -> u32x8 {
     u32x8::new(exponents.to_array().map(u32::to_le))
 }
 
-/// The widths that colours carry.
+/// The widths whose exponents are in these colours.
 #[inline(always)]
 fn widths(colours: u32x8) -> f32x8 {
     let colours = u32x8::new(colours.to_array().map(u32::from_le));
     bytemuck::cast((colours >> 24_u32) << 23_u32)
 }
 
-/// A sphere's terms in the columns of a packet; what is left is a matter of the row,
+/// The terms of a sphere in the columns of a packet, which leave polynomials of the row,
 ///
 /// ```text
 /// d = (d2 q + d1) q + d0     b = b1 q + b0
@@ -95,7 +96,7 @@ struct Terms {
 }
 
 impl Terms {
-    /// Of columns `p` from the middle of the rectangle.
+    /// The terms of the columns `p` from the middle of the rectangle.
     #[inline(always)]
     fn new<const CLEAR: bool>(depths: &FloatDepths, lane: usize, p: f32x8, colour: u32) -> Self {
         let splat = |of: &[f32; LANES]| f32x8::splat(of[lane]);
@@ -119,7 +120,7 @@ impl Terms {
 }
 
 impl PixelRow {
-    /// Only the background is known, by its colour lane.
+    /// Pixels that hold only the background, given by its colour lane.
     pub(super) fn new(background: u32) -> Self {
         Self {
             upper: [0.0; SIDE + LANES],
@@ -128,7 +129,7 @@ impl PixelRow {
         }
     }
 
-    /// As [`new`](Self::new).
+    /// Resets the pixels, like [`new`](Self::new).
     pub(super) fn clear(&mut self, background: u32) {
         self.upper.fill(0.0);
         self.rival.fill(f32::NEG_INFINITY);
@@ -164,7 +165,7 @@ impl PixelRow {
         }
     }
 
-    /// Takes a sphere in; it leads where `leads` is set.
+    /// Adds the bounds of a sphere; it leads where `leads` is set.
     #[inline(always)]
     fn update(&mut self, first: usize, upper: f32x8, leads: f32x8, colour: u32x8) {
         let rival: f32x8 = packet(&self.rival, first);
@@ -183,23 +184,23 @@ impl PixelRow {
         put(&mut self.colour, first, bytemuck::cast(colour));
     }
 
-    /// No sphere that is farther than this is seen in eight pixels; never NaN.
+    /// An inverse depth behind which no sphere is visible in eight pixels; never NaN.
     #[inline(always)]
     pub(super) fn lower(&self, first: usize) -> f32x8 {
         let lower = packet::<_, f32x8>(&self.upper, first) - widths(self.colours(first));
-        // An infinite bound of an infinite width says nothing.
+        // Infinity minus infinity is NaN and gives no bound.
         let number = lower.simd_eq(lower);
         number.select(lower, f32x8::splat(f32::NEG_INFINITY))
     }
 
-    /// The lanes of a packet that no interval settles.
+    /// A mask of the pixels of a packet that intervals leave undecided.
     #[inline(always)]
     pub(super) fn open_lanes(&self, first: usize) -> u32 {
         let rival: f32x8 = packet(&self.rival, first);
         !self.lower(first).simd_gt(rival).to_bitmask() & 0xff
     }
 
-    /// The pixels that no interval settles, of `width` pixels.
+    /// A mask of the pixels, of `width`, that intervals leave undecided.
     #[inline]
     pub(super) fn open(&self, width: usize) -> u64 {
         let packets = (0..SIDE).step_by(LANES);
@@ -229,7 +230,7 @@ impl PixelRow {
     }
 }
 
-/// Eight spheres to be met: their inverse depths, colours and boxes.
+/// Eight spheres to meet: their inverse depths, colours and boxes.
 #[derive(Debug)]
 pub(super) struct Meetings<'a> {
     pub(super) depths: &'a FloatDepths,
@@ -251,8 +252,8 @@ impl<'a> Meetings<'a> {
         }
     }
 
-    /// Meets a sphere of at most eight columns in one packet a row, wherever its box
-    /// begins: what is met beside it is a miss. Returns in how many packets.
+    /// Meets a sphere of at most eight columns in one packet for each row, wherever its box
+    /// begins; pixels beside the box are misses. Returns the number of packets.
     #[inline(always)]
     pub(super) fn narrow<const PROVEN: bool>(&self, lane: usize, rows: &mut [PixelRow]) -> u64 {
         let [left, _, top, bottom] = self.boxes.sides(lane);
@@ -281,8 +282,8 @@ impl<'a> Meetings<'a> {
         }
     }
 
-    /// Meets a sphere in columns `from..to` of its rows `top..bottom`, and perhaps beside
-    /// them. Returns in how many packets.
+    /// Meets a sphere in columns `from..to` of its rows `top..bottom`, and perhaps in pixels
+    /// beside them. Returns the number of packets.
     pub(super) fn wide<const PROVEN: bool>(
         &self,
         lane: usize,
@@ -300,8 +301,8 @@ impl<'a> Meetings<'a> {
         met
     }
 
-    /// Meets a sphere in those columns of each row that have a bit in `wanted`, and perhaps
-    /// beside them.
+    /// Meets a sphere in those columns of each row that have a bit in `wanted`, and perhaps in
+    /// pixels beside them.
     pub(super) fn masked<const PROVEN: bool>(
         &self,
         lane: usize,
@@ -328,8 +329,8 @@ impl<'a> Meetings<'a> {
         met
     }
 
-    /// As [`masked`](Self::masked), in doubles, a sphere whose inverse depths floats can't
-    /// hold.
+    /// Like [`masked`](Self::masked), but in doubles, for a sphere whose inverse depths are
+    /// beyond floats.
     #[cold]
     pub(super) fn in_doubles(
         &self,
@@ -357,14 +358,14 @@ impl<'a> Meetings<'a> {
     }
 }
 
-/// A sphere to be met in doubles, in a tile.
+/// A sphere to meet in doubles, in a tile.
 pub(super) struct InDoubles<'a> {
     grid: &'a Grid,
     bounds: Bounds,
     /// The tile's first column and row.
     corner: (u32, u32),
     targets: Targets<f64x8>,
-    /// Inverse depths of a ray through the viewport times this are those of the grid.
+    /// The factor from inverse depths of a ray through the viewport to those of the grid.
     scale: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Colours to bytes: runs of one colour, and packets of eight.
+//! Writes colours as bytes: runs of one colour, and packets of eight pixels.
 
 use wide::{i8x32, u8x16, u8x32, u8x64, u32x8};
 
@@ -8,12 +8,12 @@ use crate::{
     spheres::{LANES, Rgb},
 };
 
-/// Bytes of the longest piece that is written at a time.
+/// Bytes of the longest piece that is copied at a time.
 const PIECE: usize = 32 * BYTES_PER_PIXEL;
 
 const TWO_PIECES_AND_MORE: usize = 2 * PIECE + 1;
 
-/// Bytes that are painted, or not, by one vector.
+/// Bytes of a run that one vector blends.
 const SHORT: usize = 64;
 
 const PLACES: [u8; SHORT] = {
@@ -26,7 +26,7 @@ const PLACES: [u8; SHORT] = {
     places
 };
 
-/// A colour again and again.
+/// A colour, repeated.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pattern([u8; PIECE]);
 
@@ -40,12 +40,13 @@ impl Pattern {
         Self(pattern)
     }
 
-    /// Fills whole pixels `from..to` of a line.
+    /// Fills the pixels `from..to` of a line.
     #[inline]
     pub(super) fn paint(&self, line: &mut [u8], from: usize, to: usize) {
         let (from, to) = (from * BYTES_PER_PIXEL, to * BYTES_PER_PIXEL);
         let bytes = to - from;
-        // Runs of any such length at once: a branch on the length is seldom foreseen.
+        // Short runs of any length take the same path, since a branch on the length would
+        // often be mispredicted.
         if bytes <= SHORT
             && let Some(line) = line[from..].first_chunk_mut::<SHORT>()
         {
@@ -65,7 +66,7 @@ impl Pattern {
         }
     }
 
-    /// Fills a run of `N` to `2 N` bytes in two pieces, one from either end.
+    /// Fills a run of `N` to `2 N` bytes with two pieces, one at each end.
     #[inline(always)]
     fn both_ends<const N: usize>(&self, run: &mut [u8]) {
         let (piece, _) = self.0.as_chunks::<N>();
@@ -75,7 +76,7 @@ impl Pattern {
     }
 
     fn paint_long(&self, run: &mut [u8]) {
-        /// From here on, filling with one byte is faster.
+        /// For runs at least this long, filling with one byte is faster.
         const LONG: usize = 512;
         let [red, green, blue, ..] = self.0;
         if run.len() >= LONG && red == green && green == blue {
@@ -116,8 +117,8 @@ fn halves(lanes: u32x8) -> [[u8; 16]; 2] {
     bytemuck::cast(bytes.swizzle_half(order))
 }
 
-/// Writes eight pixels at the beginning of `line`, or as many as it has room for. Of
-/// what follows them in it, the first bytes are overwritten.
+/// Writes eight pixels at the beginning of `line`, or as many as it has room for. The first bytes
+/// after them are overwritten.
 #[inline(always)]
 pub(super) fn put_eight(line: &mut [u8], colours: u32x8) {
     let halves = halves(colours);
@@ -132,7 +133,7 @@ pub(super) fn put_eight(line: &mut [u8], colours: u32x8) {
     }
 }
 
-/// Writes those of eight pixels at the beginning of `line` that have a bit in `wanted`.
+/// Writes those of eight pixels at the beginning of `line` whose bits in `wanted` are set.
 #[inline(always)]
 pub(super) fn put_some(line: &mut [u8], colours: u32x8, wanted: u32) {
     if let Some(line) = line.first_chunk_mut::<{ FOUR + 16 }>() {

@@ -1,8 +1,8 @@
-//! Bands in which nothing is contested: whole rows, painted from far to near.
+//! Bands without contested pixels are painted in whole rows, from far to near.
 //!
-//! Where there are no small spheres, and no sphere may be farther than one that lies
-//! behind it where their boxes meet, a row is what the spans of its spheres say. That
-//! costs a run for each row and sphere instead of one for each row, sphere and tile.
+//! If there are no small spheres, and the inverse depths of spheres whose boxes overlap do not
+//! overlap, a row is determined by the spans of its spheres. That costs one run for each row and
+//! sphere instead of one for each row, sphere and tile.
 
 use wide::f64x8;
 
@@ -16,8 +16,8 @@ use super::{
 };
 use crate::{camera::BYTES_PER_PIXEL, spheres::LANES};
 
-/// With more columns than this, an end of a row may not be a whole float.
-pub(super) const MOST_COLUMNS: u32 = 1 << 20;
+/// With more columns than this, the number of a column may not be exact in a float.
+pub(super) const MAX_COLUMNS: u32 = 1 << 20;
 
 /// The rows of a band that are drawn now: the first row of its tiles, and rows from there.
 #[derive(Clone, Copy, Debug)]
@@ -27,9 +27,9 @@ pub(super) struct BandRows {
     pub(super) last: usize,
 }
 
-/// The outlines of spheres in a band, nearest first, if nothing in it is contested.
+/// The outlines of the spheres of a band, nearest first, if no pixel in it is contested.
 pub(super) fn undisputed(grid: &Grid, rows: BandRows, large: &[&Large]) -> Option<Vec<Outline>> {
-    if large.len() > FEW_SPHERES || grid.camera().size().width() > MOST_COLUMNS {
+    if large.len() > FEW_SPHERES || grid.camera().size().width() > MAX_COLUMNS {
         return None;
     }
     let half = (SIDE / 2) as f64;
@@ -55,8 +55,8 @@ pub(super) fn undisputed(grid: &Grid, rows: BandRows, large: &[&Large]) -> Optio
     clear.then_some(outlines)
 }
 
-/// Paints a sphere in the rows of a band, and gathers the pixels that are too close to its
-/// outline, by column and row of the picture.
+/// Paints a sphere in the rows of a band, and collects the pixels that are too close to its
+/// outline, as columns and rows of the picture.
 pub(super) fn paint(
     outline: &Outline,
     large: &Large,

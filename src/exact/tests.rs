@@ -9,9 +9,9 @@ use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use super::{
     Bounds, Engine, Tuning, Workspace,
     band::{CROWD, SMALL_CROWD, colour_of},
-    bins::{FEW_SPHERES, LEAST_TABLE, MOST_RUN},
+    bins::{FEW_SPHERES, MAX_RUN, MIN_TABLE},
     decide::decide,
-    rows::MOST_COLUMNS,
+    rows::MAX_COLUMNS,
     trials::Random,
 };
 use crate::{
@@ -414,13 +414,13 @@ fn counts_at_the_limits() {
 #[test]
 fn sides_at_the_limits() {
     let tile = TILES[0];
-    let square = tile * LEAST_TABLE.isqrt() as u32;
+    let square = tile * MIN_TABLE.isqrt() as u32;
     let spheres = FEW_SPHERES + 1;
     for (width, height, count) in [
         (square, square, spheres),
         (square + 1, square, spheres),
-        (MOST_COLUMNS, 3, 3),
-        (MOST_COLUMNS + 1, 3, 3),
+        (MAX_COLUMNS, 3, 3),
+        (MAX_COLUMNS + 1, 3, 3),
     ] {
         let scene = mixture(&[(Kind::Large, 2), (Kind::Small, count - 2)], 1);
         let size = size(width, height);
@@ -467,7 +467,7 @@ fn any_mixture() {
 /// More spheres than two runs have.
 #[test]
 fn several_runs() {
-    let scene = cloud(2 * MOST_RUN + 40_000, 3);
+    let scene = cloud(2 * MAX_RUN + 40_000, 3);
     let size = size(1000, 562);
     let pixels = draw(&scene, size, 64, Bounds::Proven);
     assert_some_pixels(&scene, size, &pixels, 60, "several runs");

@@ -1,4 +1,4 @@
-//! Memory that is used again from one picture to the next.
+//! Memory that is reused for the next picture.
 
 use std::{
     ops::{Deref, DerefMut},
@@ -10,8 +10,8 @@ use super::{
     bins::{Placements, Run},
 };
 
-/// Memory that drawing needs. Kept from one picture to the next, it need not be obtained
-/// again: of a million spheres that is a sixth of the time.
+/// Memory for drawing. Reusing it for the next picture saves the time to obtain it, which is a
+/// sixth of the time for a million spheres.
 #[derive(Debug, Default)]
 pub struct Workspace {
     pub(super) runs: Pool<Run>,
@@ -19,7 +19,7 @@ pub struct Workspace {
     pub(super) scratches: Pool<Scratch>,
 }
 
-/// Things of one kind that are not in use.
+/// Objects of one kind that are not in use.
 #[derive(Debug)]
 pub(super) struct Pool<T>(Mutex<Vec<T>>);
 
@@ -30,7 +30,7 @@ impl<T> Default for Pool<T> {
 }
 
 impl<T: Default> Pool<T> {
-    /// One of them, or a new one.
+    /// Takes one of them, or a new one.
     pub(super) fn take(&self) -> T {
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         all.pop().unwrap_or_default()
@@ -41,7 +41,7 @@ impl<T: Default> Pool<T> {
         all.push(one);
     }
 
-    /// As [`take`](Self::take), until it is dropped.
+    /// Like [`take`](Self::take), but gives it back when it is dropped.
     pub(super) fn lend(&self) -> Lent<'_, T> {
         Lent {
             one: self.take(),
@@ -50,7 +50,7 @@ impl<T: Default> Pool<T> {
     }
 }
 
-/// A thing that goes back to its pool.
+/// An object that returns to its pool when it is dropped.
 #[derive(Debug)]
 pub(super) struct Lent<'a, T: Default> {
     one: T,

@@ -23,7 +23,7 @@ fn index_lanes(index: usize) -> f32x8 {
     f32x8::splat(f32::from_bits(index as Seen))
 }
 
-/// As [`index_lanes`], for packets of doubles.
+/// Like [`index_lanes`], for packets of doubles.
 fn index_double_lanes(index: usize) -> f64x4 {
     f64x4::splat(f64::from_bits(index as u64))
 }

@@ -80,7 +80,7 @@ impl MappedImage {
         })
     }
 
-    /// As [`draw`](Self::draw), and ends with the first error of `draw`. The image must
+    /// Like [`draw`](Self::draw), and ends with the first error of `draw`. The image must
     /// not be published then.
     ///
     /// # Errors

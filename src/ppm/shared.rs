@@ -115,7 +115,7 @@ impl SharedImage {
         })
     }
 
-    /// As [`draw`](Self::draw), and ends with the first error of `draw`. Rows that were
+    /// Like [`draw`](Self::draw), and ends with the first error of `draw`. Rows that were
     /// handed to it have changed by then.
     ///
     /// # Errors

@@ -36,7 +36,7 @@ pub fn write_image(
     })
 }
 
-/// As [`write_image`], and ends with the first error of `draw`.
+/// Like [`write_image`], and ends with the first error of `draw`.
 ///
 /// # Errors
 ///

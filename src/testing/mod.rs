@@ -22,7 +22,7 @@ pub fn tuned(scene: &Scene, size: ImageSize, method: Method, tuning: Tuning) -> 
     tuned_in(Workspace::default(), scene, size, method, tuning)
 }
 
-/// As [`Renderer::new_in`], with the engine's knobs in hand.
+/// Like [`Renderer::new_in`], with settings of the engine.
 #[must_use]
 pub fn tuned_in(
     workspace: Workspace,

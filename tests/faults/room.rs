@@ -124,7 +124,7 @@ fn a_system_call_that_fails_is_reported_and_harms_nothing() {
     let shop = Workshop::new();
     std::os::unix::fs::symlink("balls.txt", shop.path("link.ppm")).expect("a link");
     let trace = tempfile::NamedTempFile::new().expect("a file");
-    let mut told = 0;
+    let mut reported = 0;
     for image in ["image.ppm", "link.ppm"] {
         for (kind, error) in [
             ("%file", "ESTALE"),
@@ -148,14 +148,14 @@ fn a_system_call_that_fails_is_reported_and_harms_nothing() {
                 if !calls.contains("INJECTED") {
                     break;
                 }
-                told += u32::from(ran.code == 1);
+                reported += u32::from(ran.code == 1);
                 let what = format!("{kind} {error} {call}: {} {}", ran.code, ran.stderr);
                 assert_harmless(&shop, image, &ran, &what);
             }
         }
     }
 
-    assert!(told > 0);
+    assert!(reported > 0);
 }
 
 #[track_caller]

@@ -101,7 +101,7 @@ fn a_picture_that_is_filled_first_leaves_nothing_when_interrupted() {
 fn no_memory_leaves_no_temporary_file() {
     let shop = Workshop::new();
     shop.write("large.txt", scene_of(100_000).as_bytes());
-    let mut told = 0;
+    let mut reported = 0;
     for kilobytes in (8_000..60_000).step_by(2_000) {
         let limited = "large.txt image.ppm 500 500 --threads 2";
         let Some(command) = without_nameless_files(&shop, limited) else {
@@ -114,7 +114,7 @@ fn no_memory_leaves_no_temporary_file() {
         );
         let ran = shop.run_shell(&line);
         if ran.stderr.contains("out of memory") {
-            told += 1;
+            reported += 1;
             assert!(ran.stderr.starts_with("sfera: "), "{}", ran.stderr);
             assert!(ran.stderr.contains("ulimit -v"), "{}", ran.stderr);
             assert!(!ran.stderr.contains("BACKTRACE"), "{}", ran.stderr);
@@ -125,7 +125,7 @@ fn no_memory_leaves_no_temporary_file() {
             .filter(|name| name.ends_with(".part"));
         assert_eq!(parts.count(), 0, "{kilobytes}: {}", ran.stderr);
     }
-    assert!(told > 0);
+    assert!(reported > 0);
 }
 
 #[test]
@@ -262,7 +262,7 @@ fn a_pipe_that_is_waited_for_is_reported() {
 #[test]
 fn a_lock_that_is_waited_for_is_reported() {
     let shop = Workshop::new();
-    for (quiet, told) in [("", true), ("--quiet", false)] {
+    for (quiet, reported) in [("", true), ("--quiet", false)] {
         let ran = shop.run_shell(&format!(
             "flock . sleep 2.5 & sleep 0.3; $SFERA balls.txt image{quiet}.ppm 64 48 --rows 0..48 {quiet}"
         ));
@@ -273,7 +273,7 @@ fn a_lock_that_is_waited_for_is_reported() {
         assert_eq!(ran.code, 0, "{}", ran.stderr);
         assert_eq!(
             ran.stderr.contains("another process has locked"),
-            told,
+            reported,
             "{}",
             ran.stderr
         );
