@@ -303,9 +303,10 @@ impl Run {
         let starts = &mut self.starts;
         starts.clear();
         starts.resize(if all_large { 0 } else { tiles.count() + 1 }, 0);
+        let fit_floats = Boxes::fit_floats(grid);
         for first in range.clone().step_by(LANES) {
             let [x, y, z, r] = components(spheres, first);
-            let mut boxes = Boxes::new(grid, &EightSpheres::new([x, y, z, r]));
+            let mut boxes = Boxes::of_floats(grid, [x, y, z, r], fit_floats);
             if range.end - first < LANES {
                 boxes.visible &= (1 << (range.end - first)) - 1;
             }

@@ -89,6 +89,17 @@ pub(super) const BESIDE_BOUND: f64 = 16.0 * U;
 /// 1, sum 1), `1/q` 4, pixels per unit 2, two products, the slack, the middle: 15.
 pub(super) const BOX_BOUND: f64 = 20.0 * U;
 
+/// The same in floats, of spheres before the camera.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | numerator: `q` 3, `Cx^2` 1, their sum 1, halved by the root, root 1, product 1, sum 1 | 5 | 5 |
+/// | `1/q` 4, pixels per unit 1 and less than 1, their product | 7 | 12 |
+/// | the product with the numerator | 1 | 13 |
+/// | the slack, the middle | 2 | 15 |
+/// | to spare | 5 | 20 |
+pub(super) const FLOAT_BOX_BOUND: f64 = 20.0 * U32;
+
 // Outlines: theorem 2.
 
 /// Of `k = Cy^2 + Cz^2 - r^2`, if less than this share of `Cy^2 + Cz^2` is left, too

@@ -18,7 +18,7 @@ use crate::{
     camera::{BYTES_PER_PIXEL, Camera, ImageSize},
     render::{Method, Renderer},
     scene::{Scene, Viewport},
-    spheres::{Rgb, Sphere},
+    spheres::{LANES, Rgb, Sphere},
     testing::families::{FAMILIES, cloud},
 };
 
@@ -549,6 +549,33 @@ fn a_band_leaves_nothing_behind() {
         for rows in [0..1, 20..30, 63..64, 0..40] {
             draw(rows);
             assert!(whole == draw(0..64), "{few} and {many} spheres");
+        }
+    }
+}
+
+/// Copies are told apart by their places in the file only, whatever stands beside them in
+/// their eights: floats hold the boxes of the first copy, the second one stands beside a
+/// sphere whose box they don't hold.
+#[test]
+fn copies_beside_others() {
+    let copy = [14.0, 15.0, 450.0, 140.0];
+    let huge = [0.0, 0.0, 4e6, 2e6];
+    let far = [1e4, 0.0, 500.0, 1.0];
+    for lone in 0..2 * LANES {
+        for many in [0, FEW_SPHERES, 2 * CROWD] {
+            let mut spheres = vec![far; 2 * LANES + many];
+            spheres[lone] = copy;
+            spheres[(lone + LANES) % (2 * LANES)] = copy;
+            spheres[(lone + 1) % (2 * LANES)] = huge;
+            for (at, sphere) in spheres.iter_mut().enumerate().skip(2 * LANES) {
+                *sphere = [at as f32, 0.0, 300.0 + at as f32, 1.0];
+            }
+            let scene = scene_of(&spheres);
+            for bounds in [Bounds::Proven, Bounds::Refused] {
+                let pixels = draw(&scene, size(63, 9), 64, bounds);
+                let what = format!("{lone}, {many} more, {bounds:?}");
+                assert_every_pixel(&scene, size(63, 9), &pixels, &what);
+            }
         }
     }
 }

@@ -90,6 +90,20 @@ fn what_is_nearest() {
     );
 }
 
+/// In floats products of the scene's numbers are rounded, too.
+#[test]
+fn ends_of_boxes_in_floats() {
+    let [x, z, r] = ["Cx", "Cz", "r"].map(|name| Traced::rounded(name, 0));
+    let [middle, slack] = ["middle", "slack"].map(|name| Traced::rounded(name, 0));
+    // Two roundings of doubles and one of floats.
+    let scale = Traced::rounded("scale", 2);
+    let [_, _, q, inverse] = before(z, r);
+    let ends = touching(x, [z, r, q], scale * inverse);
+    let ends = ends.map(|end| middle + (end - slack));
+    let derived = greatest(&ends, &[]);
+    assert_counted("FLOAT_BOX_BOUND", FLOAT_BOX_BOUND, U32, derived, 4);
+}
+
 /// Floats of the scene; coordinates of a ray, 3 roundings each.
 pub(super) fn middle() -> Middle<Traced> {
     let r = Traced::float("r");

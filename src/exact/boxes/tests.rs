@@ -1,6 +1,8 @@
 //! Boxes and the greatest inverse depth, against dyadic rationals.
 
-use super::{Boxes, Grid, Sphere};
+use wide::f32x8;
+
+use super::{ALL, Boxes, FLOAT_RANGE, FLOAT_SCALES, Grid, LANES, Sphere, in_range};
 use crate::{
     camera::{Camera, ImageSize},
     exact::trials::{Random, Trial, Truth, each_trial, scale},
@@ -25,12 +27,27 @@ fn meets_plane(trial: &Trial, axis: usize, at: f64) -> bool {
     Truth::new(&camera, &sphere, column, row).hit()
 }
 
-#[test]
-fn boxes_leave_nothing_out() {
+fn in_doubles(grid: &Grid, trial: &Trial) -> Option<Boxes> {
+    Some(Boxes::new(grid, &trial.eight()))
+}
+
+/// If they are had in floats.
+fn in_floats(grid: &Grid, trial: &Trial) -> Option<Boxes> {
+    let components = trial.lengths().map(|length| [length; LANES]);
+    let floats = Boxes::fit_floats(grid) && in_range(components.map(f32x8::new)) == ALL;
+    floats.then(|| Boxes::of_floats(grid, components, true))
+}
+
+type BoxesOf = fn(&Grid, &Trial) -> Option<Boxes>;
+
+/// How many sides, spheres beside the camera, and invisible ones were tried.
+fn leave_nothing_out(trials: u64, boxes_of: BoxesOf) -> (u64, u64, u64) {
     let (mut sides, mut beside, mut invisible) = (0, 0, 0);
-    each_trial(80_000, |trial, random| {
+    each_trial(trials, |trial, random| {
         let mut grid = Grid::new(trial.camera);
-        let boxes = Boxes::new(&grid, &trial.eight());
+        let Some(boxes) = boxes_of(&grid, trial) else {
+            return Ok(());
+        };
         let size = trial.camera.size();
         let [left, right, top, bottom] =
             [boxes.left, boxes.right, boxes.top, boxes.bottom].map(|side| side[0]);
@@ -69,18 +86,66 @@ fn boxes_leave_nothing_out() {
             return Err("a hit beyond the box".into());
         }
         grid.scale = scale(boxes.upper[0], random);
-        let upper = Boxes::new(&grid, &trial.eight()).upper[0];
+        let Some(boxes) = boxes_of(&grid, trial) else {
+            return Ok(());
+        };
+        let upper = boxes.upper[0];
         if truth.hit() && !truth.at_most(f64::from(upper), grid.scale) {
             return Err(format!("nearer than {upper:e}"));
         }
         Ok(())
     });
+    (sides, beside, invisible)
+}
+
+#[test]
+fn boxes_leave_nothing_out() {
+    let (sides, beside, invisible) = leave_nothing_out(80_000, in_doubles);
     assert!(sides > 40_000, "only {sides} sides of boxes");
     assert!(
         beside > 1_000,
         "only {beside} of spheres at the camera's plane"
     );
     assert!(invisible > 5_000, "only {invisible} invisible");
+    let (sides, _, invisible) = leave_nothing_out(80_000, in_floats);
+    assert!(
+        sides > 5_000 && invisible > 500,
+        "only {sides} sides and {invisible} invisible in floats"
+    );
+}
+
+/// At and beyond the ends of their ranges, floats give the boxes of doubles, or nothing.
+#[test]
+fn floats_are_used_within_their_ranges_only() {
+    let (least, most) = (FLOAT_RANGE.start, FLOAT_RANGE.end);
+    let fit = |lengths: [f32; 4]| in_range(lengths.map(f32x8::splat)) == ALL;
+    for sign in [-1.0, 1.0] {
+        assert!(fit([sign * most, sign * most, most, 1.0]));
+        assert!(!fit([sign * most.next_up(), 0.0, most, 1.0]));
+        assert!(!fit([0.0, sign * most.next_up(), most, 1.0]));
+    }
+    assert!(!fit([0.0, 0.0, most.next_up(), 1.0]));
+    // `Cz - r` is the least allowed, and a little less.
+    assert!(fit([0.0, 0.0, 1.0 + least, 1.0]));
+    assert!(!fit([0.0, 0.0, 1.0 + least / 2.0, 1.0]));
+    assert!(!fit([0.0, 0.0, f32::NAN, 1.0]));
+    // Behind the camera nothing is asked of a sphere.
+    assert!(fit([f32::MAX, 0.0, -2.0, 1.0]));
+    assert!(!fit([0.0, 0.0, -1.0_f32.next_down(), 1.0]));
+    let fits = |side: u32, extent: f64, scale: f64| {
+        let camera = Camera::new(
+            Viewport::new(extent as f32, 1.0, 1.0).expect("a viewport"),
+            ImageSize::new(side, 2).expect("a size"),
+        );
+        let mut grid = Grid::new(camera);
+        grid.scale = scale;
+        Boxes::fit_floats(&grid)
+    };
+    let (smallest, greatest) = (FLOAT_SCALES.start, FLOAT_SCALES.end);
+    assert!(fits(2, 1.0, 1.0) && fits(2, 1.0, smallest));
+    assert!(!fits(2, 1.0, greatest) && !fits(2, 1.0, smallest / 2.0));
+    assert!(!fits(2, smallest, 1.0) && fits(2, greatest / 2.0, 1.0));
+    assert!(fits(most as u32 - 1, 1.0, 1.0) && !fits(most as u32, 1.0, 1.0));
 }
 
 /// The greatest inverse depth is that of the pole that faces the camera's plane; of a
@@ -129,61 +194,70 @@ fn no_pole_is_nearer_than_the_box_says() {
 /// doubles round on the way.
 #[test]
 fn boxes_hold_columns_that_touch() {
-    let mut touched = 0;
-    for number in 0..60_000 {
-        let mut random = Random::new(number);
-        let mut whole = |bits: u32| (1 + random.below(1 << bits)) as f64;
-        let (along, across, unit) = (whole(20), whole(20), whole(20));
-        let (last, place) = (2.0 * whole(10), random.below(4));
-        // The ray of column `last` is (4, 0, 3) times the unit: touch it from the left,
-        // from below with x and y exchanged, and so on.
-        let sign = if place & 1 == 0 { 1.0 } else { -1.0 };
-        let (x, z) = (4.0 * along - 3.0 * across, 3.0 * along + 4.0 * across);
-        let sphere = if place & 2 == 0 {
-            [sign * x, 0.0, z]
-        } else {
-            [0.0, sign * x, z]
-        };
-        let side = last as u32 + 1;
-        let camera = Camera::new(
-            Viewport {
-                width: (8.0 * unit) as f32,
-                height: (8.0 * unit) as f32,
-                distance: (3.0 * unit) as f32,
-            },
-            ImageSize::new(side, side).expect("a size"),
-        );
-        let sphere = Sphere {
-            centre: sphere.map(|length| length as f32),
-            radius: (5.0 * across) as f32,
-            colour: [0; 3],
-        };
-        let middle = side / 2;
-        let edge = if sign > 0.0 { side - 1 } else { 0 };
-        let (column, row) = if place & 2 == 0 {
-            (edge, middle)
-        } else {
-            (middle, side - 1 - edge)
-        };
-        let trial = Trial {
-            camera,
-            sphere,
-            column,
-            row,
-        };
-        if !trial.truth().hit() {
-            // Its centre is beyond 24 bits: no exact case.
-            continue;
-        }
-        touched += 1;
-        let boxes = Boxes::new(&Grid::new(camera), &trial.eight());
-        let columns = boxes.left[0]..=boxes.right[0];
-        let rows = boxes.top[0]..=boxes.bottom[0];
-        assert!(
-            boxes.visible & 1 == 1 && columns.contains(&column) && rows.contains(&row),
-            "trial {number}: {columns:?} {rows:?}; {}",
-            trial.describe(),
-        );
+    // Of 20 bits for doubles, of 12 for floats.
+    for (boxes_of, bits) in [(in_doubles as BoxesOf, 20), (in_floats, 12)] {
+        let touched =
+            (0..60_000).filter(|&number| holds_columns_that_touch(number, boxes_of, bits));
+        let touched = touched.count();
+        assert!(touched > 10_000, "only {touched} touched");
     }
-    assert!(touched > 10_000, "only {touched} touched");
+}
+
+/// Whether the case is an exact one.
+fn holds_columns_that_touch(number: u64, boxes_of: BoxesOf, bits: u32) -> bool {
+    let mut random = Random::new(number);
+    let mut whole = |bits: u32| (1 + random.below(1 << bits)) as f64;
+    let (along, across, unit) = (whole(bits), whole(bits), whole(bits));
+    let (last, place) = (2.0 * whole(10), random.below(4));
+    // The ray of column `last` is (4, 0, 3) times the unit: touch it from the left,
+    // from below with x and y exchanged, and so on.
+    let sign = if place & 1 == 0 { 1.0 } else { -1.0 };
+    let (x, z) = (4.0 * along - 3.0 * across, 3.0 * along + 4.0 * across);
+    let sphere = if place & 2 == 0 {
+        [sign * x, 0.0, z]
+    } else {
+        [0.0, sign * x, z]
+    };
+    let side = last as u32 + 1;
+    let camera = Camera::new(
+        Viewport {
+            width: (8.0 * unit) as f32,
+            height: (8.0 * unit) as f32,
+            distance: (3.0 * unit) as f32,
+        },
+        ImageSize::new(side, side).expect("a size"),
+    );
+    let sphere = Sphere {
+        centre: sphere.map(|length| length as f32),
+        radius: (5.0 * across) as f32,
+        colour: [0; 3],
+    };
+    let middle = side / 2;
+    let edge = if sign > 0.0 { side - 1 } else { 0 };
+    let (column, row) = if place & 2 == 0 {
+        (edge, middle)
+    } else {
+        (middle, side - 1 - edge)
+    };
+    let trial = Trial {
+        camera,
+        sphere,
+        column,
+        row,
+    };
+    if !trial.truth().hit() {
+        // Its centre is beyond 24 bits: no exact case.
+        return false;
+    }
+    let Some(boxes) = boxes_of(&Grid::new(camera), &trial) else {
+        return false;
+    };
+    let columns = boxes.left[0]..=boxes.right[0];
+    let rows = boxes.top[0]..=boxes.bottom[0];
+    assert!(
+        boxes.visible & 1 == 1 && columns.contains(&column) && rows.contains(&row),
+        "trial {number}: {columns:?} {rows:?}; {}",
+        trial.describe(),
+    );
+    true
 }
