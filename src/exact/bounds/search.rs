@@ -2,8 +2,8 @@
 //! exponents of the inputs, for formulas in the engine's lanes against double-doubles, or in
 //! floats against doubles.
 //!
-//! No ratio of an error to its bound may pass 1, and each has to reach what was reached
-//! before, so that the search stays sharp. The greatest ratios of the long search
+//! No ratio of an error to its bound may pass 1, and each has to reach a good part of what is
+//! usual, fused or not, so that the search stays sharp. The greatest ratios of the long search
 //! (`cargo test --lib -- --ignored --nocapture bounds::search`) stand in the proof.
 
 use std::ops::Neg;
@@ -255,7 +255,7 @@ macro_rules! formula {
     };
 }
 
-formula!(Cross, "CROSS_BOUND", CROSS_BOUND, 0.4,
+formula!(Cross, "CROSS_BOUND", CROSS_BOUND, 0.25,
     [LENGTH, LENGTH, SIDE, WIDTH, WIDTH, SIDE],
     of => {
         let (one, y0) = (N::constant(1.0), coordinate(&of[2..6]));
@@ -264,7 +264,7 @@ formula!(Cross, "CROSS_BOUND", CROSS_BOUND, 0.4,
     },
     sum_of_magnitudes([of[0], of[1] * coordinate(&of[2..6])]));
 
-formula!(CrossOfTwo, "CROSS_BOUND, z", CROSS_BOUND, 0.4,
+formula!(CrossOfTwo, "CROSS_BOUND, z", CROSS_BOUND, 0.25,
 [LENGTH, LENGTH, SIDE, WIDTH, WIDTH, SIDE, SIDE, WIDTH],
 of => {
     let one = N::constant(1.0);
@@ -277,7 +277,7 @@ sum_of_magnitudes([
     of[1] * coordinate(&of[2..6]),
 ]));
 
-formula!(Coefficient, "COEFFICIENT_BOUND", COEFFICIENT_BOUND, 0.3,
+formula!(Coefficient, "COEFFICIENT_BOUND", COEFFICIENT_BOUND, 0.2,
 [WIDTH, SIDE, WIDTH, WIDTH, SIDE, Double(-9, 1), Double(-9, 1), Double(-9, 1), Positive(-2, 2)],
 of => {
     let y0 = coordinate(&of[1..5]);
@@ -294,7 +294,7 @@ of => {
     (of[0] * of[0] * a + n * n) / (of[8] * of[8])
 });
 
-formula!(Plane, "PLANE_BOUND", PLANE_BOUND, 0.35,
+formula!(Plane, "PLANE_BOUND", PLANE_BOUND, 0.2,
 [LENGTH, LENGTH, LENGTH, SIDE, WIDTH, WIDTH, SIDE, SIDE, WIDTH, Positive(-2, 2)],
 of => {
     let (x0, y0) = (coordinate(&of[3..7]), coordinate(&[of[7], of[8], of[5], of[6]]));
@@ -316,7 +316,7 @@ fn row<N: Number>(of: &[N]) -> MiddleRow<N> {
     }
 }
 
-formula!(Ahead, "ROW_BOUND", ROW_BOUND, 0.4,
+formula!(Ahead, "ROW_BOUND", ROW_BOUND, 0.25,
 [LENGTH, LENGTH, SIDE, WIDTH, WIDTH, Whole(1 << 8), Whole(40)],
 of => {
     let [rising, level] = row(of).ahead();
@@ -327,7 +327,7 @@ of => {
     sum_of_magnitudes([of[0] * row.dy * of[6], of[0] * row.y0, of[1]])
 });
 
-formula!(MiddleOfRow, "MIDDLE_BOUND", MIDDLE_BOUND, 0.25,
+formula!(MiddleOfRow, "MIDDLE_BOUND", MIDDLE_BOUND, 0.15,
 [LENGTH, LENGTH, SIDE, WIDTH, WIDTH, SIDE, LENGTH, Double(-2, 2), Whole(1 << 10)],
 of => {
     let row = row(of);
@@ -340,7 +340,7 @@ of => {
     sum_of_magnitudes([of[8], lean * of[0] * row.y0, lean * of[1]])
 });
 
-formula!(Factor, "FACTOR_BOUND, c as it is", FACTOR_BOUND, 0.25,
+formula!(Factor, "FACTOR_BOUND, c as it is", FACTOR_BOUND, 0.15,
 [WIDTH, WIDTH, SIDE, Double(-2, 2), Positive(-2, 2)],
 of => row_factor(pixels_per_unit(&of[..3]), of[4], of[3])[1],
 {
@@ -357,7 +357,7 @@ fn box_end<N: Number>(of: &[N]) -> N {
     )[1]
 }
 
-formula!(BoxEnd, "BOX_BOUND", BOX_BOUND, 0.2,
+formula!(BoxEnd, "BOX_BOUND", BOX_BOUND, 0.12,
     [WIDTH, WIDTH, WIDTH, WIDTH, WIDTH, SIDE],
     of => box_end(of),
     of[1].simd_gt(of[2]).select(box_end(of), f64x8::splat(f64::NAN)));
@@ -367,13 +367,13 @@ fn box_beside<N: Number>(of: &[N]) -> N {
     touching_beside([of[0], of[1], of[2]], w)[0] * pixels_per_unit(&of[3..6])
 }
 
-formula!(BoxBeside, "BOX_BOUND, beside", BOX_BOUND, 0.15,
+formula!(BoxBeside, "BOX_BOUND, beside", BOX_BOUND, 0.1,
     [WIDTH, WIDTH, WIDTH, WIDTH, WIDTH, SIDE],
     of => box_beside(of),
     (of[2].simd_gt(of[1]) & of[0].simd_gt(of[2] + of[2]))
         .select(box_beside(of), f64x8::splat(f64::NAN)));
 
-formula!(LittleLeft, "LEAST_SHARE", 1.0 / (1_u64 << 32) as f64, 0.3,
+formula!(LittleLeft, "LEAST_SHARE", 1.0 / (1_u64 << 32) as f64, 0.2,
 [LENGTH, LENGTH, WIDTH],
 of => {
     let one = N::constant(1.0);
@@ -392,12 +392,12 @@ fn along<N: Number>(of: &[N]) -> N {
 
 const NUMERATOR: Kind = Whole(1 << 33);
 
-formula!(SightCross, "SIGHT_CROSS", SIGHT_CROSS * U, 0.35,
+formula!(SightCross, "SIGHT_CROSS", SIGHT_CROSS * U, 0.2,
     [LENGTH, LENGTH, WIDTH, WIDTH, NUMERATOR, NUMERATOR],
     of => of[0] * of[2] - of[1] * along(&of[3..6]),
     sum_of_magnitudes([of[0] * of[2], of[1] * along(&of[3..6])]));
 
-formula!(SightDot, "SIGHT_DOT", SIGHT_DOT * U, 0.3,
+formula!(SightDot, "SIGHT_DOT", SIGHT_DOT * U, 0.2,
 [LENGTH, LENGTH, LENGTH, WIDTH, WIDTH, NUMERATOR, NUMERATOR, WIDTH, NUMERATOR],
 of => of[0] * along(&of[4..7]) + of[1] * along(&[of[7], of[8], of[6]]) + of[2] * of[3],
 sum_of_magnitudes([
@@ -411,12 +411,12 @@ fn squared_radius_times_a<N: Number>(of: &[N]) -> N {
     of[0] * of[0] * (x * x + y * y + of[1] * of[1])
 }
 
-formula!(SightSquaredRadius, "SIGHT_SQUARED_RADIUS", SIGHT_SQUARED_RADIUS * U, 0.3,
+formula!(SightSquaredRadius, "SIGHT_SQUARED_RADIUS", SIGHT_SQUARED_RADIUS * U, 0.2,
     [WIDTH, WIDTH, WIDTH, NUMERATOR, NUMERATOR, WIDTH, NUMERATOR],
     of => squared_radius_times_a(of),
     squared_radius_times_a(of));
 
-formula!(SightSquaredCross, "SIGHT_SQUARED_CROSS", SIGHT_SQUARED_CROSS * U, 0.3,
+formula!(SightSquaredCross, "SIGHT_SQUARED_CROSS", SIGHT_SQUARED_CROSS * U, 0.2,
     [Double(-2, 2), Double(-2, 2), Double(-2, 2)],
     of => of[0] * of[0] + of[1] * of[1] + of[2] * of[2],
     of[0] * of[0] + of[1] * of[1] + of[2] * of[2]);
@@ -425,7 +425,7 @@ fn quotient_of_sight<N: Number>(of: &[N]) -> N {
     ((of[0] - of[1]) + (of[2] - of[3]).root()) / of[4]
 }
 
-formula!(SightQuotient, "SIGHT_QUOTIENT, c as it is", SIGHT_QUOTIENT * U, 0.1,
+formula!(SightQuotient, "SIGHT_QUOTIENT, c as it is", SIGHT_QUOTIENT * U, 0.06,
     [Positive(0, 2), Positive(-60, -2), Positive(0, 2), Positive(-60, -2), Positive(-2, 2)],
     of => quotient_of_sight(of),
     quotient_of_sight(of));
@@ -433,7 +433,7 @@ formula!(SightQuotient, "SIGHT_QUOTIENT, c as it is", SIGHT_QUOTIENT * U, 0.1,
 const PLACE: Kind = Whole(35);
 const COEFFICIENT: Kind = Double(-8, 2);
 
-formula!(DepthInFloats, "D_BOUND", D_BOUND, 0.4,
+formula!(DepthInFloats, "D_BOUND", D_BOUND, 0.25,
 [COEFFICIENT, COEFFICIENT, COEFFICIENT, COEFFICIENT, COEFFICIENT, COEFFICIENT, PLACE, PLACE],
 of => depth(of),
 sum_of_magnitudes([
@@ -451,7 +451,7 @@ fn depth<N: Number>(of: &[N]) -> N {
     in_row(d, b, of[7])[0]
 }
 
-formula!(PlaneInFloats, "B_BOUND", B_BOUND, 0.4,
+formula!(PlaneInFloats, "B_BOUND", B_BOUND, 0.25,
     [COEFFICIENT, COEFFICIENT, COEFFICIENT, PLACE, PLACE],
     of => {
         let (d, b) = in_column([of[0]; 6], [of[0], of[1], of[2]], of[3]);
@@ -459,17 +459,17 @@ formula!(PlaneInFloats, "B_BOUND", B_BOUND, 0.4,
     },
     sum_of_magnitudes([of[0], of[1] * of[3], of[2] * of[4]]));
 
-formula!(SumOfParts, "SUM_OF_PARTS_BOUND", SUM_OF_PARTS_BOUND, 0.4,
+formula!(SumOfParts, "SUM_OF_PARTS_BOUND", SUM_OF_PARTS_BOUND, 0.25,
     [Float(-2, 2), Length(-30, -20), Length(-2, 2), Length(-30, -20)],
     of => (of[0] - of[1]) + (of[2] - of[3]).root(),
     of[0].abs() + of[2].sqrt());
 
-formula!(RowSquare, "ROW_SQUARE_BOUND", ROW_SQUARE_BOUND, 0.4,
+formula!(RowSquare, "ROW_SQUARE_BOUND", ROW_SQUARE_BOUND, 0.25,
     [COEFFICIENT, COEFFICIENT, COEFFICIENT, Whole(40), Length(-20, -10)],
     of => quadratic([of[0], of[1], of[2]], of[3]) - of[4],
     sum_of_magnitudes([of[0], of[1] * of[3], of[2] * of[3] * of[3]]));
 
-formula!(RowEnd, "ROW_END_BOUND", ROW_END_BOUND, 0.3,
+formula!(RowEnd, "ROW_END_BOUND", ROW_END_BOUND, 0.2,
     [COEFFICIENT, COEFFICIENT, Whole(40), Length(-20, -10), Length(-4, 4)],
     of => of[1].times_plus(of[2], of[0]) - of[3] - of[4].root(),
     of[0].abs() + of[1].abs() * of[2] + of[4].sqrt());
@@ -477,7 +477,7 @@ formula!(RowEnd, "ROW_END_BOUND", ROW_END_BOUND, 0.3,
 const TINY: Kind = Double(-149, -137);
 
 // What underflows, and is not within the relative bound.
-formula!(Least, "LEAST_BOUND", LEAST_BOUND, 0.1,
+formula!(Least, "LEAST_BOUND", LEAST_BOUND, 0.06,
     [TINY, TINY, TINY, TINY, TINY, TINY, PLACE, PLACE],
     of => depth(of),
     f64x8::splat(1.0) + DepthInFloats::magnitude(of) * f64x8::splat(D_BOUND / LEAST_BOUND));
@@ -576,11 +576,14 @@ fn search(begins: u64, steps: u64) -> Vec<(&'static str, f64, f64)> {
         found::<RowSquare>(in_floats::<RowSquare>, effort),
         found::<RowEnd>(in_floats::<RowEnd>, effort),
         found::<Least>(in_floats::<Least>, effort),
-        ("U_DOUBLE_DOUBLE", double_doubles(begins, steps), 0.15),
+        ("U_DOUBLE_DOUBLE", double_doubles(begins, steps), 0.1),
     ]
 }
 
 fn assert_within(found: &[(&str, f64, f64)]) {
+    for (name, ratio, _) in found {
+        println!("| `{name}` | {ratio:.2} |");
+    }
     for &(name, ratio, reached) in found {
         assert!(ratio <= 1.0, "{name}: an error of {ratio} times its bound");
         assert!(
@@ -598,9 +601,5 @@ fn no_error_that_is_climbed_to_passes_its_bound() {
 #[test]
 #[ignore = "minutes: its greatest ratios stand in the proof"]
 fn long_search() {
-    let found = search(200, 4000);
-    for (name, ratio, _) in &found {
-        println!("| `{name}` | {ratio:.2} |");
-    }
-    assert_within(&found);
+    assert_within(&search(200, 4000));
 }
