@@ -25,6 +25,9 @@ use crate::{
     spheres::{LANES, Rgb, Spheres},
 };
 
+#[cfg(test)]
+mod tests;
+
 /// A sphere in a tile: half a cache line.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C, align(32))]
