@@ -306,18 +306,16 @@ impl<'a> Band<'a> {
             let meetings = Meetings::new(&depths, &eight);
             for (lane, (&at, record)) in places.iter().zip(records).enumerate() {
                 let covering = &coverage.spheres[at];
-                let wanted = |row: usize| {
-                    coverage.contested[row / LANES][row % LANES] & coverage.outer(covering, row)
-                };
+                let wanted = coverage.contested_by(covering);
                 self.counts.sphere_tests += if depths.known >> lane & 1 == 0 {
                     let corner = (tile.column, tile.row);
                     let (grid, bounds) = (&engine.grid, engine.bounds);
                     let in_doubles = InDoubles::new(grid, bounds, corner, record.sphere);
-                    meetings.in_doubles(lane, pixels, &in_doubles, wanted)
+                    meetings.in_doubles(lane, pixels, &in_doubles, |row| wanted[row])
                 } else if engine.bounds == Bounds::Ignored {
-                    meetings.masked::<false>(lane, pixels, wanted)
+                    meetings.masked::<false>(lane, pixels, &wanted)
                 } else {
-                    meetings.masked::<true>(lane, pixels, wanted)
+                    meetings.masked::<true>(lane, pixels, &wanted)
                 };
             }
         }

@@ -201,6 +201,17 @@ impl Coverage {
             })
     }
 
+    /// The contested pixels in which a sphere may be visible, as rows of the tile.
+    pub(super) fn contested_by(&self, covering: &Covering) -> [u64; SIDE] {
+        let mut both = [0; SIDE];
+        let octets = both.as_chunks_mut::<LANES>().0[covering.octets()].iter_mut();
+        let contested = &self.contested[covering.octets()];
+        for ((both, contested), rows) in octets.zip(contested).zip(self.rows_of(covering)) {
+            *both = std::array::from_fn(|line| contested[line] & rows.outer[line]);
+        }
+        both
+    }
+
     /// Sorts from far to near; of equal spheres the first of the file stays.
     fn sort(&mut self) {
         let spheres = &self.spheres;

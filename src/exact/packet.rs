@@ -301,29 +301,34 @@ impl<'a> Meetings<'a> {
         met
     }
 
-    /// Meets a sphere in those columns of each row that have a bit in `wanted`, and perhaps in
+    /// Meets a sphere in those pixels of its box that have a bit in `wanted`, and perhaps in
     /// pixels beside them.
     pub(super) fn masked<const PROVEN: bool>(
         &self,
         lane: usize,
         rows: &mut [PixelRow],
-        wanted: impl Fn(usize) -> u64,
+        wanted: &[u64; SIDE],
     ) -> u64 {
         let depths = self.depths;
         let [left, right, top, bottom] = self.boxes.sides(lane);
+        let wanted = &wanted[top..bottom + 1];
+        let columns = wanted.iter().fold(0, |columns, row| columns | row);
         let mut met = 0;
         for first in (left..right + 1).step_by(LANES) {
+            let bits = 0xff << first;
+            if columns & bits == 0 {
+                continue;
+            }
             let p = f32x8::splat((first - left) as f32 + depths.p[lane]);
             let p = f32x8::new(STEPS) + p;
             let terms = Terms::new::<false>(depths, lane, p, self.colours[lane]);
-            let bits = 0xff << first;
-            for (row, pixels) in (top..).zip(&mut rows[top..bottom + 1]) {
-                if wanted(row) & bits == 0 {
-                    continue;
+            let rows = rows[top..].iter_mut().zip(wanted).enumerate();
+            for (down, (pixels, wanted)) in rows {
+                if wanted & bits != 0 {
+                    let q = f32x8::splat(down as f32 + depths.q[lane]);
+                    pixels.meet::<PROVEN, false>(&terms, first, q);
+                    met += 1;
                 }
-                let q = f32x8::splat((row - top) as f32 + depths.q[lane]);
-                pixels.meet::<PROVEN, false>(&terms, first, q);
-                met += 1;
             }
         }
         met
