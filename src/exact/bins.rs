@@ -26,6 +26,8 @@ use crate::{
 };
 
 #[cfg(test)]
+mod lane_tests;
+#[cfg(test)]
 mod tests;
 
 /// A sphere in a tile: half a cache line.

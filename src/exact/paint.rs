@@ -8,6 +8,9 @@ use crate::{
     spheres::{LANES, Rgb},
 };
 
+#[cfg(test)]
+mod tests;
+
 /// Bytes of the longest piece that is copied at a time.
 const PIECE: usize = 32 * BYTES_PER_PIXEL;
 

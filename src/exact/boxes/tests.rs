@@ -1,8 +1,10 @@
 //! Boxes and the greatest inverse depth, against dyadic rationals.
 
-use wide::f32x8;
+use wide::{f32x8, f64x8};
 
-use super::{ALL, Boxes, FLOAT_RANGE, FLOAT_SCALES, Grid, LANES, Sphere, in_range};
+use super::{
+    ALL, Boxes, FLOAT_RANGE, FLOAT_SCALES, Grid, LANES, Sphere, in_range, whole, whole_floats,
+};
 use crate::{
     camera::{Camera, ImageSize},
     exact::trials::{Random, Trial, Truth, each_trial, scale},
@@ -260,4 +262,15 @@ fn holds_columns_that_touch(number: u64, boxes_of: BoxesOf, bits: u32) -> bool {
         trial.describe(),
     );
     true
+}
+
+/// On a machine of either byte order.
+#[test]
+fn whole_numbers_are_the_low_bits_of_their_lanes() {
+    let numbers = [0, 1, 2, 0x0102_0304, 1 << 31, u32::MAX - 1, u32::MAX, 77];
+    let lanes = numbers.map(f64::from);
+    assert_eq!(whole(f64x8::new(lanes)), numbers);
+    let numbers = [0, 1, 2, 0x01_0203, 1 << 22, 0x7f_fffe, 0x7f_ffff, 77];
+    let lanes = numbers.map(|number| number as f32);
+    assert_eq!(whole_floats(f32x8::new(lanes)), numbers);
 }

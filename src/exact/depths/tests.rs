@@ -114,6 +114,81 @@ fn floats_are_within_their_bounds() {
     );
 }
 
+fn doubles(depths: &Depths) -> [f64x8; 11] {
+    [
+        depths.d00,
+        depths.d10,
+        depths.d01,
+        depths.d20,
+        depths.d11,
+        depths.d02,
+        depths.d_bound,
+        depths.top,
+        depths.b00,
+        depths.b_linear,
+        depths.bound,
+    ]
+}
+
+/// Whether a sphere makes a NaN in a rectangle that reaches far beyond the picture.
+fn makes_nan(trial: &Trial, scale: f64) -> Result<bool, String> {
+    let mut grid = Grid::new(trial.camera);
+    grid.scale = scale;
+    let side = f64::from(trial.camera.size().width());
+    let around = Rectangles {
+        columns: f64x8::splat(0.5 * side),
+        rows: f64x8::splat(0.0),
+        across: f64x8::splat(32.0),
+        down: f64x8::splat(side),
+    };
+    let depths = Depths::new(&grid, &around, &trial.eight());
+    let doubles = doubles(&depths).map(|lanes| lanes.to_array()[0]);
+    let says = (depths.known | depths.missed).to_bitmask();
+    if says & 1 == 1 && !doubles.iter().all(|double| double.is_finite()) {
+        return Err(format!("{depths:?}"));
+    }
+    let floats = depths.to_floats(Bounds::Proven);
+    let ranges = depths.ranges([0.0; LANES], [1.0; LANES]);
+    let results = [
+        floats.d_spread,
+        floats.spread,
+        floats.clear,
+        floats.clear_spread,
+        ranges.lower,
+        ranges.upper,
+        Boxes::new(&grid, &trial.eight()).upper,
+    ];
+    if results.iter().any(|lanes| lanes[0].is_nan()) {
+        return Err(format!("{floats:?} {ranges:?}"));
+    }
+    Ok(doubles.iter().any(|double| double.is_nan()))
+}
+
+/// What `fast_max` makes of NaN is not the same on every machine: a lane that holds one
+/// says nothing, and none comes out of it.
+#[test]
+fn a_lane_with_a_nan_says_nothing() {
+    const LENGTHS: [f32; 5] = [0.0, f32::from_bits(1), 1e-20, 1.0, f32::MAX];
+    let mut with_nan = 0;
+    for number in 0..4 * 5 * 5 * 5 {
+        let length = |place: usize| LENGTHS[number / 5_usize.pow(3 - place as u32) % 5];
+        let mut trial = Trial::new(number as u64);
+        trial.sphere.centre = [length(1), length(2), length(3)];
+        trial.sphere.radius = LENGTHS[1 + number / 125];
+        for side in [1, 64, 1 << 30] {
+            let size = ImageSize::new(side, side).expect("a size");
+            trial.camera = Camera::new(trial.camera.viewport(), size);
+            for scale in [1.0, (-149.0_f64).exp2(), 149.0_f64.exp2()] {
+                match makes_nan(&trial, scale) {
+                    Ok(nan) => with_nan += u64::from(nan),
+                    Err(wrong) => panic!("{wrong}; {}", trial.describe()),
+                }
+            }
+        }
+    }
+    assert!(with_nan > 50, "only {with_nan} lanes with NaN");
+}
+
 #[test]
 fn ranges_hold_every_hit() {
     let (mut covered, mut missed, mut tighter) = (0, 0, 0);

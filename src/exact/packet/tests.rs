@@ -241,3 +241,38 @@ fn packets_evaluate_what_is_counted() {
     });
     assert!(seen > 10_000, "only {seen} seen");
 }
+
+/// On a machine of either byte order.
+#[test]
+fn the_fourth_byte_of_a_colour_carries_the_width_of_an_interval() {
+    let colour = [0xff, 0x80, 0x7f];
+    let some = [
+        0.0,
+        f32::from_bits(1),
+        1e-38,
+        0.75,
+        1.0,
+        1.5,
+        1e38,
+        f32::MAX,
+    ];
+    let none = [f32::INFINITY, f32::NAN, -f32::NAN, f32::INFINITY];
+    let none = [none, none].as_flattened().try_into().expect("eight");
+    for exact in [some, none] {
+        let lanes = u32x8::splat(colour_lane(colour)) | exponents(f32x8::new(exact));
+        let carried = widths(lanes).to_array();
+        for (lane, (&width, &carried)) in exact.iter().zip(&carried).enumerate() {
+            assert_eq!(bytes_of(lanes.to_array()[lane]), colour, "{width:e}");
+            // No narrower, and a power of two that is no wider than need be.
+            let least = f32::MIN_POSITIVE;
+            let most = if width < f32::MAX {
+                (2.0 * width).max(least)
+            } else {
+                f32::INFINITY
+            };
+            let holds = width.is_nan() && carried == f32::INFINITY;
+            let holds = holds || (width..=most).contains(&carried);
+            assert!(holds, "{width:e}: {carried:e}");
+        }
+    }
+}

@@ -71,6 +71,55 @@ fn two_digits_in_a_lane_in_both_byte_orders() {
     }
 }
 
+/// Every byte at every place, on a machine of either byte order.
+#[test]
+fn each_bit_of_a_span_is_that_of_its_byte() {
+    for byte in 0..=u8::MAX {
+        for at in 0..SPAN {
+            let mut text = [b'0'; SPAN + 16];
+            text[at] = byte;
+            let span = Span::new(&text).expect("enough text");
+            let bit_if = |is: bool| u64::from(is) << at;
+            let (blank, digit) = (matches!(byte, b' ' | b'\t'..=b'\r'), byte.is_ascii_digit());
+            assert_eq!(span.blanks, bit_if(blank), "{byte} at {at}");
+            assert_eq!(span.points, bit_if(byte == b'.'), "{byte} at {at}");
+            assert_eq!(span.others, bit_if(!digit), "{byte} at {at}");
+        }
+    }
+}
+
+/// Every integer of one to three digits, on a machine of either byte order.
+#[test]
+fn integers_of_a_span_are_those_of_its_digits() {
+    for integer in 0_u32..1_000 {
+        for width in 1..=3 {
+            let word = format!("{integer:0width$}");
+            let (_, found) = by_lanes(" S ", &word);
+            assert_eq!(found, u8::try_from(integer).ok(), "{word}");
+        }
+    }
+}
+
+/// Each digit at each place of the longest word, on a machine of either byte order.
+#[test]
+fn digits_come_to_their_places() {
+    let mut read = 0;
+    for place in 0..MAX_DIGITS {
+        for digit in b'1'..=b'9' {
+            let mut word = [b'0'; MAX_DIGITS];
+            word[place] = digit;
+            let word = String::from_utf8(word.to_vec()).expect("digits");
+            let number: f32 = word.parse().expect("a number");
+            // The lanes refuse what lies halfway between two floats.
+            if let (Some(found), _) = by_lanes("", &word) {
+                assert_eq!(found, number, "{word}");
+                read += 1;
+            }
+        }
+    }
+    assert!(read > 100, "only {read} numbers");
+}
+
 #[test]
 fn floats_of_every_size_come_back_in_every_notation() {
     for trial in 0..400_000 {
