@@ -1,6 +1,6 @@
 # Everything a person or CI runs by name. `make` alone lists it.
 
-.PHONY: help build run test checked fuzz sanitize proof deny bench chart growth families peers peers-install splat api check cluster-test everywhere
+.PHONY: help build run test checked fuzz sanitize sanitize-threads proof deny bench chart growth families peers peers-install splat api check cluster-test everywhere
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -46,13 +46,21 @@ fuzz:
 	    -max_len=400 -max_total_time=$(SECONDS)
 	@echo "make fuzz: nothing found"
 
-## sanitize   the tests of everything unsafe or threaded under the address sanitizer
-# It needs a flag that stable compilers take in this way only. The thread sanitizer needs
-# a standard library built for it, which `tests/everywhere/run.sh threads` builds.
+## sanitize   the address sanitizer: tests of the library, of bit identity, of the program and of hostile scenes
+# It needs a flag that stable compilers take in this way only.
 sanitize:
 	RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=address -C target-cpu=native" \
 	    cargo test --target x86_64-unknown-linux-gnu --target-dir target/address \
 	    --lib --test bit_identity --test cli --test hostile
+
+## sanitize-threads   the thread sanitizer: tests of the library and of bit identity; hours
+# The standard library is built for it from its sources. Of these tests only some have
+# been run to their end, see perf-notes.md.
+sanitize-threads:
+	rustup component add rust-src
+	RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=thread -C target-cpu=native" \
+	    cargo test -Zbuild-std --target x86_64-unknown-linux-gnu --target-dir target/thread \
+	    --no-default-features --lib --test bit_identity -- --skip full_hd
 
 ## proof   error bounds checked by Gappa, Debian's package gappa; scripts to target/proof, written from the formulas that run
 # Those in target/proof/refused claim half of a bound. A warning means a step that Gappa

@@ -21,9 +21,9 @@ use std::{
 
 use sfera::{
     camera::ImageSize,
-    testing::families::FAMILIES,
     render::{Form, Method, Renderer, differing_pixels},
     scene::Scene,
+    testing::families::FAMILIES,
 };
 
 /// No other test draws these.
