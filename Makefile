@@ -1,6 +1,6 @@
 # Everything a person or CI runs by name. `make` alone lists it.
 
-.PHONY: help build run test checked fuzz sanitize sanitize-threads proof deny bench chart growth families peers peers-install splat api check cluster-test everywhere
+.PHONY: help build run test checked fuzz mutants sanitize sanitize-threads proof deny bench chart growth families peers peers-install splat api check cluster-test everywhere
 
 help:
 	@sed -n 's/^## //p' Makefile
@@ -45,6 +45,13 @@ fuzz:
 	$(FUZZ) renderer target/fuzz/renderer tests/fuzz/corpus/renderer -- \
 	    -max_len=400 -max_total_time=$(SECONDS)
 	@echo "make fuzz: nothing found"
+
+## mutants   the code changed in one place at a time: which changes no test notices; days, or: make mutants MUTANTS="--file src/exact/boxes.rs"
+# Of all, a share: MUTANTS="--shard 0/50 --sharding round-robin". Results go to target/mutants.out.
+mutants:
+	@cargo mutants --version || { echo "cargo-mutants is missing: it is installed now" && cargo install cargo-mutants --locked; }
+	@mkdir -p target
+	CARGO_PROFILE_DEV_DEBUG=0 cargo mutants --output target --jobs 1 $(MUTANTS)
 
 ## sanitize   the address sanitizer: tests of the library, of bit identity, of the program and of hostile scenes
 # It needs a flag that stable compilers take in this way only.
