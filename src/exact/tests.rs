@@ -532,6 +532,25 @@ fn hidden_by_the_million() {
     assert_alike(&scene, size, &pixels, &[16], "a million");
 }
 
+/// So few, and one before the other, that whole rows are painted without packets; first and
+/// last rows anywhere in a tile.
+#[test]
+fn few_spheres_in_whole_rows() {
+    for seed in 0..24 {
+        let mut random = Random::new(seed);
+        let mut some = |most: u64| random.below(most + 1) as usize;
+        let kinds = [
+            (Kind::Large, some(2)),
+            (Kind::Small, some(3)),
+            (Kind::Wall, some(1)),
+        ];
+        let scene = mixture(&kinds, seed);
+        let side = |at: u64| SIDES[(at % SIDES.len() as u64) as usize];
+        let size = size(side(seed), side(3 * seed + 2));
+        assert_drawn(&scene, size, &format!("{kinds:?}, seed {seed}"));
+    }
+}
+
 /// A band finds the room that another one leaves, however much of its tiles that drew.
 #[test]
 fn a_band_leaves_nothing_behind() {

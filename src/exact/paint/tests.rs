@@ -2,7 +2,7 @@
 
 use wide::u32x8;
 
-use super::{BYTES_PER_PIXEL, LANES, Rgb, bytes_of, colour_lane, put_eight, put_some};
+use super::{BYTES_PER_PIXEL, LANES, Pattern, Rgb, bytes_of, colour_lane, put_eight, put_some};
 
 /// No two of their bytes are equal.
 const COLOURS: [Rgb; LANES] = [
@@ -58,6 +58,28 @@ fn wanted_colour_lanes_are_written_and_no_others() {
                     [UNTOUCHED; 3]
                 };
                 assert_eq!(*pixel, colour, "{lane} of {pixels}, {wanted:b}");
+            }
+        }
+    }
+}
+
+/// Every length of run, up to those that are filled with one byte where a colour is grey.
+#[test]
+fn a_run_is_painted_and_nothing_beside_it() {
+    const UNTOUCHED: u8 = 0xa5;
+    const WIDTH: usize = 200;
+    for colour in [[7, 7, 7], [200, 7, 7], [7, 7, 200], [7, 200, 7], [1, 2, 3]] {
+        let pattern = Pattern::new(colour);
+        for from in [0, 1, 5, WIDTH - 1] {
+            for to in from..=WIDTH {
+                let mut line = [UNTOUCHED; WIDTH * BYTES_PER_PIXEL];
+                pattern.paint(&mut line, from, to);
+                let (pixels, _) = line.as_chunks::<BYTES_PER_PIXEL>();
+                for (at, &pixel) in pixels.iter().enumerate() {
+                    let painted = (from..to).contains(&at);
+                    let expected = if painted { colour } else { [UNTOUCHED; 3] };
+                    assert_eq!(pixel, expected, "pixel {at} of {from}..{to}, {colour:?}");
+                }
             }
         }
     }
