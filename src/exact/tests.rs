@@ -11,6 +11,7 @@ use super::{
     band::{CROWD, SMALL_CROWD, colour_of},
     bins::{FEW_SPHERES, MAX_RUN, MIN_TABLE},
     decide::decide,
+    may_show, power_of_two_below,
     rows::MAX_COLUMNS,
     trials::Random,
 };
@@ -543,11 +544,83 @@ fn few_spheres_in_whole_rows() {
             (Kind::Large, some(2)),
             (Kind::Small, some(3)),
             (Kind::Wall, some(1)),
+            (Kind::Beside, some(1)),
+            (Kind::Floor, some(1)),
         ];
         let scene = mixture(&kinds, seed);
         let side = |at: u64| SIDES[(at % SIDES.len() as u64) as usize];
         let size = size(side(seed), side(3 * seed + 2));
         assert_drawn(&scene, size, &format!("{kinds:?}, seed {seed}"));
+    }
+}
+
+/// What a crowd hides is asked of the rows that are drawn only, wherever they begin.
+#[test]
+fn crowds_cut_at_any_row() {
+    let size = size(64, 64);
+    for kinds in [
+        [(Kind::Crowd, 400), (Kind::Behind, FEW_SPHERES)],
+        [(Kind::Stack, 200), (Kind::Small, 400)],
+    ] {
+        let scene = mixture(&kinds, 3);
+        let whole = draw(&scene, size, 64, Bounds::Proven);
+        let renderer = tuned(&scene, size, 64, Bounds::Proven);
+        for first in 0..size.height() {
+            let last = size.height().min(first + 21);
+            let mut rows = vec![0; size.row_bytes() * (last - first) as usize];
+            renderer.draw(first..last, &mut rows);
+            let within = size.row_bytes() * first as usize;
+            assert!(
+                rows == whole[within..][..rows.len()],
+                "{kinds:?}, from {first}"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_shows_in_some_rows_may_show_there() {
+    let size = size(65, 48);
+    let mut left_out = 0;
+    for seed in 0..10 {
+        let kinds = KINDS.map(|kind| (kind, 6));
+        let scene = mixture(&kinds, seed);
+        let pixels = draw(&scene, size, 64, Bounds::Proven);
+        for rows in [0..1, 0..20, 20..21, 30..48, 47..48] {
+            let may_show = may_show(scene.viewport, size, rows.clone());
+            let bytes =
+                rows.start as usize * size.row_bytes()..rows.end as usize * size.row_bytes();
+            let (drawn, _) = pixels[bytes].as_chunks::<BYTES_PER_PIXEL>();
+            for at in 0..scene.spheres.len() {
+                let sphere = scene.spheres.get(at);
+                let kept = may_show(&sphere);
+                let shows = drawn.contains(&sphere.colour);
+                assert!(kept || !shows, "{sphere:?} in {rows:?}, seed {seed}");
+                left_out += u32::from(!kept);
+            }
+        }
+    }
+    assert!(left_out > 1000, "only {left_out} are left out");
+}
+
+#[test]
+fn scales_are_powers_of_two() {
+    for value in [
+        1.0,
+        1.5,
+        2.0,
+        0.75,
+        3.0e38,
+        1.7e-38,
+        f32::MAX,
+        f32::MIN_POSITIVE,
+    ] {
+        let power = power_of_two_below(value);
+        assert!(
+            power <= f64::from(value) && f64::from(value) < 2.0 * power,
+            "{value:e}"
+        );
+        assert_eq!(power.log2().fract(), 0.0, "{value:e}");
     }
 }
 
