@@ -174,3 +174,44 @@ fn close_calls_are_decided_as_integers_decide_them() {
     }
     assert!(rungs[1] > 2_000 && rungs[2] > 1_500, "only {rungs:?}");
 }
+
+/// The camera whose middle pixel looks along the z axis.
+fn middle() -> (Camera, (u32, u32)) {
+    let viewport = Viewport {
+        width: 1.0,
+        height: 1.0,
+        distance: 1.0,
+    };
+    let size = ImageSize::new(3, 3).expect("a size with pixels");
+    (Camera::new(viewport, size), (1, 1))
+}
+
+#[test]
+fn of_equal_depths_the_first_of_the_file_is_seen() {
+    let (camera, pixel) = middle();
+    // Copies, and spheres that touch in one point.
+    for spheres in [
+        [[0.0, 0.0, 5.0, 1.0], [0.0, 0.0, 5.0, 1.0]],
+        [[0.0, 0.0, 5.0, 1.0], [0.0, 0.0, 6.0, 2.0]],
+    ] {
+        for trusted in [false, true] {
+            for turn in 0..2 {
+                let mut candidates: Vec<Candidate> = vec![(7, spheres[0]), (9, spheres[1])];
+                candidates.rotate_left(turn);
+                let (seen, _) = decide(&camera, pixel, &mut candidates, trusted);
+                assert_eq!(seen, 7, "{spheres:?}, turn {turn}, {trusted}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_ray_along_the_surface_that_the_camera_is_on_meets_nothing() {
+    let (camera, pixel) = middle();
+    for trusted in [false, true] {
+        let around = (1, [0.0, 5.0, 0.0, 5.0]);
+        let mut candidates: Vec<Candidate> = vec![around, (2, [0.0, 0.0, 10.0, 1.0])];
+        let (seen, _) = decide(&camera, pixel, &mut candidates, trusted);
+        assert_eq!(seen, 2, "trusted: {trusted}");
+    }
+}
