@@ -441,3 +441,70 @@ fn ends_are_known_up_to_a_quarter_of_a_pixel() {
         "{nearly} nearly, {beyond} beyond"
     );
 }
+
+/// The bounds of theorem 2, from the outline's own coefficients, in the order of the proof.
+#[test]
+fn bounds_of_rows_have_all_terms() {
+    use crate::exact::bounds::{
+        COEFFICIENT_BOUND, CROSS_BOUND, FACTOR_BOUND, LEAST_BOUND, MIDDLE_BOUND, ROW_BOUND,
+        ROW_END_BOUND, ROW_SQUARE_BOUND, U,
+    };
+    let mut compared = 0;
+    each_trial(20_000, |trial, _| {
+        let grid = Grid::new(trial.camera);
+        let Some(record) = trial.record(&grid) else {
+            return Ok(());
+        };
+        let tile = trial.tile();
+        let rectangles = tile.rectangles(&EightRecords::of(&[record]));
+        let down = rectangles.down + splat(LANES as f64);
+        let outline = placed(trial, &grid, rectangles.rows, down);
+        if outline.shape != Shape::Between {
+            return Ok(());
+        }
+        let [x, y, z] = trial.sphere.centre.map(f64::from);
+        let r = f64::from(trial.sphere.radius);
+        let y0 = grid.y_axis.y(rectangles.rows).to_array()[0];
+        let (t, dy) = (down.to_array()[0], grid.y_axis.step);
+        let [e0, e1, e2, m0, m1] = [outline.e0, outline.e1, outline.e2, outline.m0, outline.m1]
+            .map(|of| f64::from(of.abs()));
+
+        let y_upper = y0.abs() + t * dy;
+        let n_upper = (y - z * y0).abs() + z.abs() * dy * t;
+        let n_bound = CROSS_BOUND * (y.abs() + z.abs() * y0.abs());
+        let squares = r * r * (1.0 + y_upper * y_upper) + n_upper * n_upper;
+        let k = y * y + z * z - r * r;
+        let h = grid.x_axis.scale / k;
+        let factor = (x * x + k) * h * h;
+        let k_bound = 2.0 * U + U * (y * y + z * z) / k;
+        let factor_bound = 4.0 * k_bound + FACTOR_BOUND;
+        let e_upper = e0 + t * e1 + t * t * e2;
+        let e_bound = factor
+            * (COEFFICIENT_BOUND * squares + 2.0 * n_upper * n_bound + n_bound * n_bound)
+            + (factor_bound + ROW_SQUARE_BOUND) * e_upper
+            + LEAST_BOUND;
+        let level_upper = y.abs() * y_upper + z.abs();
+        let columns = grid.x_axis.middle + f64::from(tile.column);
+        let middle =
+            (k_bound + MIDDLE_BOUND) * (h * x).abs() * level_upper + MIDDLE_BOUND * columns;
+        let sides = m0 + t * m1 + (e_upper + e_bound).sqrt();
+        let slack = middle + ROW_END_BOUND * (sides + 64.0);
+        let m_bound = if z > r { 0.0 } else { ROW_BOUND * level_upper };
+        for (what, bound, expected) in [
+            ("E", f64::from(outline.e_bound), e_bound),
+            ("ends", f64::from(outline.slack), slack),
+            ("m", outline.m_bound, m_bound),
+        ] {
+            // Bounds that floats hold, up to what is added for their own roundings.
+            if (1e-30..1e30).contains(&expected) {
+                compared += 1;
+                let ratio = bound / expected;
+                if !(1.0 - 1e-6..1.0 + 2e-5).contains(&ratio) {
+                    return Err(format!("bound of {what}: {bound:e}, not {expected:e}"));
+                }
+            }
+        }
+        Ok(())
+    });
+    assert!(compared > 5_000, "only {compared} bounds");
+}
