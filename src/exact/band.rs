@@ -3,16 +3,18 @@
 use std::ops::Range;
 
 use super::{
-    Bounds, Counts, Engine,
     bins::{EightRecords, Large, Record},
+    bits::set_bits,
+    counts::Counts,
     coverage::{Coverage, Tile},
     crowd::{Crowd, CrowdedTile, OpenPixel},
     decide::{Candidate, decide},
     depths::Depths,
     packet::{InDoubles, Meetings, PixelRow, SIDE},
     paint::{Pattern, colour_lane, put_eight, put_some},
+    prepared::Prepared,
     rows::{self, BandRows},
-    set_bits,
+    tuning::Bounds,
 };
 use crate::{
     camera::BYTES_PER_PIXEL,
@@ -43,16 +45,18 @@ pub(super) struct Scratch {
     candidates: Vec<Candidate>,
 }
 
-impl Engine<'_> {
-    /// Draws a band: some rows of one row of tiles.
-    pub(crate) fn draw_band(&self, rows: Range<u32>, bytes: &mut [u8]) -> Counts {
-        let mut scratch = self.workspace.scratches.lend();
-        Band::new(self, rows, bytes, &mut scratch).draw()
-    }
+/// Draws a band: some rows of one row of tiles.
+pub(super) fn draw_band(
+    prepared: &Prepared<'_>,
+    rows: Range<u32>,
+    bytes: &mut [u8],
+    scratch: &mut Scratch,
+) -> Counts {
+    Band::new(prepared, rows, bytes, scratch).draw()
 }
 
 struct Band<'a> {
-    engine: &'a Engine<'a>,
+    prepared: &'a Prepared<'a>,
     bytes: &'a mut [u8],
     row_bytes: usize,
     scratch: &'a mut Scratch,
@@ -70,20 +74,20 @@ struct Band<'a> {
 
 impl<'a> Band<'a> {
     fn new(
-        engine: &'a Engine<'a>,
+        prepared: &'a Prepared<'a>,
         rows: Range<u32>,
         bytes: &'a mut [u8],
         scratch: &'a mut Scratch,
     ) -> Self {
-        let side = engine.bins.side();
+        let side = prepared.bins.side();
         let origin = rows.start - rows.start % side;
         // Pixels are cleared right after they are written, while they are in the cache.
-        let background = colour_lane(engine.scene.background);
+        let background = colour_lane(prepared.scene.background);
         scratch.pixels.resize(SIDE, PixelRow::new(background));
         Self {
-            engine,
+            prepared,
             bytes,
-            row_bytes: engine.grid.camera().size().row_bytes(),
+            row_bytes: prepared.grid.camera().size().row_bytes(),
             scratch,
             origin,
             first: (rows.start - origin) as usize,
@@ -99,8 +103,8 @@ impl<'a> Band<'a> {
             self.origin + self.first as u32,
             self.origin + (self.last - 1) as u32,
         );
-        let engine = self.engine;
-        let large = engine.bins.large.iter();
+        let prepared = self.prepared;
+        let large = prepared.bins.large.iter();
         let large: Vec<&Large> = large
             .filter(|large| large.top <= to && large.bottom >= from)
             .collect();
@@ -108,7 +112,7 @@ impl<'a> Band<'a> {
         if self.draw_rows(&large) {
             return self.counted();
         }
-        let (columns, side) = (engine.grid.camera().size().width(), engine.bins.side());
+        let (columns, side) = (prepared.grid.camera().size().width(), prepared.bins.side());
         for column in 0..columns.div_ceil(side) {
             let tile = Tile {
                 column: column * side,
@@ -132,8 +136,8 @@ impl<'a> Band<'a> {
 
     /// Paints whole rows, if no pixel of the band is contested.
     fn draw_rows(&mut self, large: &[&Large]) -> bool {
-        let engine = self.engine;
-        if engine.bounds != Bounds::Proven || !engine.bins.has_none_small() {
+        let prepared = self.prepared;
+        if prepared.bounds != Bounds::Proven || !prepared.bins.has_none_small() {
             return false;
         }
         let rows = BandRows {
@@ -141,7 +145,7 @@ impl<'a> Band<'a> {
             first: self.first,
             last: self.last,
         };
-        let Some(outlines) = rows::undisputed(&engine.grid, rows, large) else {
+        let Some(outlines) = rows::undisputed(&prepared.grid, rows, large) else {
             return false;
         };
         let mut doubtful = Vec::new();
@@ -171,21 +175,21 @@ impl<'a> Band<'a> {
     /// Paints all of the band at once, so that later painting finds these lines in the cache.
     /// That is faster even where no background remains.
     fn paint_background(&mut self) {
-        let [red, green, blue] = self.engine.scene.background;
+        let [red, green, blue] = self.prepared.scene.background;
         if red == green && green == blue {
             self.bytes.fill(red);
             return;
         }
         let (first, others) = self.bytes.split_at_mut(self.row_bytes);
         let columns = first.len() / BYTES_PER_PIXEL;
-        Pattern::new(self.engine.scene.background).paint(first, 0, columns);
+        Pattern::new(self.prepared.scene.background).paint(first, 0, columns);
         for line in others.chunks_exact_mut(self.row_bytes) {
             line.copy_from_slice(first);
         }
     }
 
     fn draw_tile(&mut self, tile: &Tile, large: &[&Large]) {
-        let bins = &self.engine.bins;
+        let bins = &self.prepared.bins;
         let side = bins.side();
         let (right, bottom) = (
             tile.column + tile.width as u32 - 1,
@@ -219,7 +223,7 @@ impl<'a> Band<'a> {
             self.draw_crowd(tile);
             return;
         }
-        let (grid, bounds) = (&self.engine.grid, self.engine.bounds);
+        let (grid, bounds) = (&self.prepared.grid, self.prepared.bounds);
         self.scratch.coverage.find(grid, tile, records, bounds);
         self.counts.sphere_tests += records.len() as u64;
         self.draw_few(tile);
@@ -297,22 +301,22 @@ impl<'a> Band<'a> {
                 met_records.push(covering.record);
             }
         }
-        let engine = self.engine;
+        let prepared = self.prepared;
         for (places, records) in met.chunks(LANES).zip(met_records.chunks(LANES)) {
             let eight = EightRecords::of(records);
             let rectangles = tile.rectangles(&eight);
-            let depths = Depths::new(&engine.grid, &rectangles, &eight.spheres);
-            let depths = depths.to_floats(engine.bounds);
+            let depths = Depths::new(&prepared.grid, &rectangles, &eight.spheres);
+            let depths = depths.to_floats(prepared.bounds);
             let meetings = Meetings::new(&depths, &eight);
             for (lane, (&at, record)) in places.iter().zip(records).enumerate() {
                 let covering = &coverage.spheres[at];
                 let wanted = coverage.contested_by(covering);
                 self.counts.sphere_tests += if depths.known >> lane & 1 == 0 {
                     let corner = (tile.column, tile.row);
-                    let (grid, bounds) = (&engine.grid, engine.bounds);
+                    let (grid, bounds) = (&prepared.grid, prepared.bounds);
                     let in_doubles = InDoubles::new(grid, bounds, corner, record.sphere);
                     meetings.in_doubles(lane, pixels, &in_doubles, |row| wanted[row])
-                } else if engine.bounds == Bounds::Ignored {
+                } else if prepared.bounds == Bounds::Ignored {
                     meetings.masked::<false>(lane, pixels, &wanted)
                 } else {
                     meetings.masked::<true>(lane, pixels, &wanted)
@@ -336,7 +340,7 @@ impl<'a> Band<'a> {
             let bits = contested >> first & 0xff;
             contested &= !(0xff << first);
             let pixels = &self.scratch.pixels[row];
-            let open = if self.engine.bounds == Bounds::Ignored {
+            let open = if self.prepared.bounds == Bounds::Ignored {
                 0
             } else {
                 u64::from(pixels.open_lanes(first)) & bits
@@ -375,25 +379,25 @@ impl<'a> Band<'a> {
 
     /// Decides a pixel of the picture among the gathered candidates.
     fn put_decided(&mut self, at: (u32, u32)) {
-        let engine = self.engine;
-        let trusted = engine.bounds != Bounds::Refused;
+        let prepared = self.prepared;
+        let trusted = prepared.bounds != Bounds::Refused;
         let candidates = &mut self.scratch.candidates;
-        let (seen, rung) = decide(engine.grid.camera(), at, candidates, trusted);
+        let (seen, rung) = decide(prepared.grid.camera(), at, candidates, trusted);
         self.counts.settled_by(rung);
         let (column, row) = (at.0 as usize, (at.1 - self.origin) as usize - self.first);
         let line = &mut self.bytes[row * self.row_bytes..][..self.row_bytes];
-        run(line, column..column + 1).copy_from_slice(&colour_of(engine.scene, seen));
+        run(line, column..column + 1).copy_from_slice(&colour_of(prepared.scene, seen));
     }
 
     /// Draws all pixels of a tile of many spheres by packets; `scratch.records` are the large
     /// spheres.
     fn draw_crowd(&mut self, tile: &Tile) {
-        let engine = self.engine;
+        let prepared = self.prepared;
         let Scratch { records, crowd, .. } = &mut *self.scratch;
         let crowded = CrowdedTile {
-            grid: &engine.grid,
-            bins: &engine.bins,
-            bounds: engine.bounds,
+            grid: &prepared.grid,
+            bins: &prepared.bins,
+            bounds: prepared.bounds,
             tile: *tile,
         };
         let mut sorted = crowd.gather(&crowded, records);
@@ -413,7 +417,7 @@ impl<'a> Band<'a> {
     /// Writes the colours of a tile, finds its undecided pixels, and clears its pixels, row by
     /// row, since a tile is larger than the first-level cache.
     fn put_crowd(&mut self, tile: &Tile) {
-        let ignored = self.engine.bounds == Bounds::Ignored;
+        let ignored = self.prepared.bounds == Bounds::Ignored;
         let Scratch { pixels, open, .. } = &mut *self.scratch;
         open.clear();
         // Boxes may extend into rows that are not drawn now.

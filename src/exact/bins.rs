@@ -13,12 +13,12 @@ use rayon::prelude::*;
 use wide::{f32x8, f64x8, i32x8, u8x32, u32x8};
 
 use super::{
-    Bounds,
+    bits::set_bits,
     boxes::Boxes,
     decide::Candidate,
     grid::{EightSpheres, Grid},
-    set_bits,
-    workspace::Workspace,
+    pool::Pool,
+    tuning::Bounds,
 };
 use crate::{
     pages::{HUGE_PAGE, ask_for_huge},
@@ -96,6 +96,13 @@ pub(super) const MAX_RUN: usize = 1 << 17;
 /// Runs for each thread, so that no thread waits long for the last one.
 const RUNS_PER_THREAD: usize = 3;
 
+/// Memory for bins that is not in use.
+#[derive(Debug, Default)]
+pub(super) struct Room {
+    runs: Pool<Run>,
+    placements: Pool<Placements>,
+}
+
 /// The candidates of every tile.
 #[derive(Debug)]
 pub(super) struct Bins {
@@ -127,7 +134,7 @@ impl Tiles {
 /// The records of a run of spheres: those of tile `t` at `starts[t]..starts[t + 1]`,
 /// in file order.
 #[derive(Debug, Default)]
-pub(super) struct Run {
+struct Run {
     starts: Vec<u32>,
     records: Records,
 }
@@ -190,7 +197,7 @@ impl Bins {
         grid: &Grid,
         side: u32,
         bounds: Bounds,
-        workspace: &Workspace,
+        room: &Room,
     ) -> Self {
         let size = grid.camera().size();
         let tiles = Tiles {
@@ -209,8 +216,8 @@ impl Bins {
             .next_multiple_of(LANES);
         let filled = |first: usize| {
             let last = (first + run).min(spheres.len());
-            let mut filled = workspace.runs.take();
-            let placements = &mut workspace.placements.lend();
+            let mut filled = room.runs.take();
+            let placements = &mut room.placements.lend();
             let large = filled.fill(spheres, first..last, grid, tiles, all_large, placements);
             (filled, large)
         };
@@ -224,7 +231,7 @@ impl Bins {
         let mut large = Vec::new();
         for (run, larges) in filled {
             if run.starts.is_empty() {
-                workspace.runs.give(run);
+                room.runs.give(run);
             } else {
                 runs.push(run);
             }
@@ -240,9 +247,9 @@ impl Bins {
     }
 
     /// Gives the memory back.
-    pub(super) fn return_to(self, workspace: &Workspace) {
+    pub(super) fn return_to(self, room: &Room) {
         for run in self.runs {
-            workspace.runs.give(run);
+            room.runs.give(run);
         }
     }
 
@@ -272,7 +279,7 @@ impl Bins {
 
 /// The tiles of the spheres of a run, between the two passes.
 #[derive(Debug, Default)]
-pub(super) struct Placements {
+struct Placements {
     eights: Vec<Placed>,
     /// The spheres that go to several tiles.
     several: Vec<Large>,

@@ -6,10 +6,10 @@ use std::ops::Range;
 use wide::{f32x8, f64x8, u32x8};
 
 use super::{
+    bits::set_bits,
     bounds::{BESIDE_BOUND, BOX_BOUND, FLOAT_BOX_BOUND, U32},
     grid::{EightSpheres, Grid, float_above, splat},
     kernels::{before, nearest_beside, touching, touching_beside},
-    set_bits,
     sight::power_of_camera,
 };
 use crate::spheres::{LANES, Sphere};

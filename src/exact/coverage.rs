@@ -7,12 +7,12 @@
 use wide::f64x8;
 
 use super::{
-    Bounds,
     bins::{EightRecords, Record},
     depths::{Depths, Rectangles},
     grid::Grid,
     outline::{EightRows, Outline, Placement},
     packet::SIDE,
+    tuning::Bounds,
 };
 use crate::spheres::LANES;
 

@@ -9,14 +9,14 @@ use std::ops::ControlFlow;
 use wide::f32x8;
 
 use super::{
-    Bounds,
     bins::{Bins, EightBoxes, EightRecords, Record},
+    bits::set_bits,
     coverage::Tile,
     decide::Candidate,
     depths::{Depths, FloatDepths},
     grid::Grid,
     packet::{InDoubles, Meetings, PixelRow, SIDE},
-    set_bits,
+    tuning::Bounds,
 };
 use crate::spheres::LANES;
 

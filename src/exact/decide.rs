@@ -5,9 +5,9 @@
 use std::cmp::Ordering;
 
 use super::{
+    bits::set_bits,
     integers,
     real::{DoubleDouble, Real},
-    set_bits,
     sight::{Rays, Sights, Targets},
 };
 use crate::{

@@ -20,15 +20,15 @@
 use wide::f64x8;
 
 use super::{
-    Bounds,
+    bits::set_bits,
     bounds::{
         B_BOUND, CLEAR_SHARE, COEFFICIENT_BOUND, CROSS_BOUND, D_BOUND, GREATEST, LEAST_BOUND,
         LEAST_SHARE, PLANE_BOUND, SUM_OF_PARTS_BOUND, U32,
     },
     grid::{EightSpheres, Grid, float_above, float_below, splat},
     kernels::{Middle, Steps, over_power},
-    set_bits,
     sight::power_of_camera,
+    tuning::Bounds,
 };
 use crate::spheres::LANES;
 

@@ -22,16 +22,16 @@ use std::ops::Range;
 use wide::{f32x8, f64x8, i32x8, u64x8};
 
 use super::{
-    Bounds,
     bins::Record,
+    bits::set_bits,
     bounds::{
         COEFFICIENT_BOUND, CROSS_BOUND, FACTOR_BOUND, GREATEST_SLACK, LEAST_BOUND, LEAST_SHARE,
         MIDDLE_BOUND, ROW_BOUND, ROW_END_BOUND, ROW_SQUARE_BOUND, U, U32,
     },
     grid::{EightSpheres, Grid, float_below, splat},
     kernels::{MiddleRow, farthest, quadratic, row_factor, row_middle},
-    set_bits,
     sight::power_of_camera,
+    tuning::Bounds,
 };
 use crate::spheres::LANES;
 

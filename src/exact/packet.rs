@@ -19,13 +19,13 @@
 use wide::{f32x8, f64x8, u32x8};
 
 use super::{
-    Bounds,
     bins::{EightBoxes, EightRecords},
     bounds::U,
     depths::FloatDepths,
     grid::{Grid, float_above, float_below},
     paint::put_eight,
     sight::{Rays, Sights, Targets},
+    tuning::Bounds,
 };
 use crate::{camera::BYTES_PER_PIXEL, spheres::LANES};
 

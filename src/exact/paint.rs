@@ -2,7 +2,7 @@
 
 use wide::{i8x32, u8x16, u8x32, u8x64, u32x8};
 
-use super::set_bits;
+use super::bits::set_bits;
 use crate::{
     camera::BYTES_PER_PIXEL,
     spheres::{LANES, Rgb},

@@ -7,12 +7,12 @@
 use wide::f64x8;
 
 use super::{
-    Bounds,
     bins::{FEW_SPHERES, Large},
     grid::{EightSpheres, Grid},
     outline::{Outline, Placement},
     packet::SIDE,
     paint::Pattern,
+    tuning::Bounds,
 };
 use crate::{camera::BYTES_PER_PIXEL, spheres::LANES};
 

@@ -7,13 +7,14 @@ use proptest::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 
 use super::{
-    Bounds, Engine, Tuning, Workspace,
+    Engine, Workspace,
     band::{CROWD, SMALL_CROWD, colour_of},
     bins::{FEW_SPHERES, MAX_RUN, MIN_TABLE},
     decide::decide,
     may_show, power_of_two_below,
     rows::MAX_COLUMNS,
     trials::Random,
+    tuning::{Bounds, Tuning},
 };
 use crate::{
     camera::{BYTES_PER_PIXEL, Camera, ImageSize},

@@ -40,7 +40,7 @@ fn tiles_hold_the_spheres_whose_boxes_meet_them() {
         })
         .collect();
     for side in [8, 16, 32, 64] {
-        let bins = Bins::new(&spheres, &grid, side, Bounds::Proven, &Workspace::default());
+        let bins = Bins::new(&spheres, &grid, side, Bounds::Proven, &Room::default());
         assert!(!bins.has_none_small() && !bins.large.is_empty());
         let tiles = (0..size.height().div_ceil(side))
             .flat_map(|row| (0..size.width().div_ceil(side)).map(move |column| (column, row)));

@@ -1,23 +1,9 @@
-//! Memory that is reused for the next picture.
+//! Memory that is reused.
 
 use std::{
     ops::{Deref, DerefMut},
     sync::{Mutex, PoisonError},
 };
-
-use super::{
-    band::Scratch,
-    bins::{Placements, Run},
-};
-
-/// Memory for drawing. Reusing it for the next picture saves the time to obtain it, which is a
-/// sixth of the time for a million spheres.
-#[derive(Debug, Default)]
-pub struct Workspace {
-    pub(super) runs: Pool<Run>,
-    pub(super) placements: Pool<Placements>,
-    pub(super) scratches: Pool<Scratch>,
-}
 
 /// Objects of one kind that are not in use.
 #[derive(Debug)]

@@ -1,0 +1,96 @@
+//! What is known of a scene before the first pixel: its grid and its bins.
+
+use std::ops::Range;
+
+use super::{
+    bins::{Bins, Room},
+    boxes::Boxes,
+    grid::{EightSpheres, Grid},
+    tuning::{Bounds, Tuning},
+};
+use crate::{
+    camera::{Camera, ImageSize},
+    scene::{Scene, Viewport},
+    spheres::{LANES, Sphere, Spheres},
+};
+
+/// A scene prepared for exact drawing at one size.
+#[derive(Debug)]
+pub(super) struct Prepared<'scene> {
+    pub(super) scene: &'scene Scene,
+    pub(super) grid: Grid,
+    pub(super) bins: Bins,
+    pub(super) bounds: Bounds,
+}
+
+impl<'scene> Prepared<'scene> {
+    /// # Panics
+    ///
+    /// If the tile's side is not 8, 16, 32 or 64.
+    pub(super) fn new(scene: &'scene Scene, camera: Camera, tuning: Tuning, room: &Room) -> Self {
+        let Tuning { tile, bounds } = tuning;
+        assert!(
+            tile.is_power_of_two() && (8..=64).contains(&tile),
+            "a tile of {tile} x {tile}"
+        );
+        let mut grid = Grid::new(camera);
+        grid.scale = scale_of(&scene.spheres, &grid);
+        Self {
+            scene,
+            bins: Bins::new(&scene.spheres, &grid, tile, bounds, room),
+            grid,
+            bounds,
+        }
+    }
+}
+
+/// Whether a sphere may be visible in some rows of a picture, so that a scene can be read
+/// without the others; see [`Scene::read_kept`](crate::scene::Scene::read_kept). True for every
+/// sphere that is visible there in the exact picture, though perhaps not for one that a float
+/// method shows there by mistake.
+pub fn may_show(
+    viewport: Viewport,
+    size: ImageSize,
+    rows: Range<u32>,
+) -> impl Fn(&Sphere) -> bool + Sync {
+    let grid = Grid::new(Camera::new(viewport, size));
+    move |sphere| {
+        let [x, y, z] = sphere.centre;
+        let spheres = EightSpheres::of([[x, y, z, sphere.radius]].into_iter());
+        let boxes = Boxes::new(&grid, &spheres);
+        boxes.visible & 1 == 1 && boxes.top[0] < rows.end && boxes.bottom[0] >= rows.start
+    }
+}
+
+/// The number of spheres in the sample that determines the scale.
+const SCALE_SAMPLE: usize = 255;
+
+/// A power of two by which an ordinary inverse depth becomes about 1. It comes from the median
+/// of a sample, which a few unusual spheres do not change.
+fn scale_of(spheres: &Spheres, grid: &Grid) -> f64 {
+    let step = (spheres.len() / SCALE_SAMPLE).max(1);
+    let sample: Vec<[f32; 4]> = (0..spheres.len())
+        .step_by(step)
+        .map(|at| {
+            let Sphere { centre, radius, .. } = spheres.get(at);
+            [centre[0], centre[1], centre[2], radius]
+        })
+        .collect();
+    let mut uppers = Vec::with_capacity(sample.len());
+    for eight in sample.chunks(LANES) {
+        let boxes = Boxes::new(grid, &EightSpheres::of(eight.iter().copied()));
+        let visible = (0..eight.len()).filter(|lane| boxes.visible >> lane & 1 == 1);
+        uppers.extend(visible.map(|lane| boxes.upper[lane]));
+    }
+    let middle = uppers.len() / 2;
+    if uppers.is_empty() {
+        return 1.0;
+    }
+    let (_, &mut median, _) = uppers.select_nth_unstable_by(middle, f32::total_cmp);
+    power_of_two_below(median.clamp(f32::MIN_POSITIVE, f32::MAX)).recip()
+}
+
+/// The greatest power of two that is not above a positive normal float.
+fn power_of_two_below(value: f32) -> f64 {
+    f64::from(f32::from_bits(value.to_bits() & 0xff << 23))
+}
