@@ -3,14 +3,15 @@
 use std::ops::Range;
 
 use super::{
-    bins::{EightRecords, Large, Record},
+    bins::{Candidate, EightRecords, Large, Record},
     bits::set_bits,
     counts::Counts,
     coverage::{Coverage, Tile},
     crowd::{Crowd, CrowdedTile, OpenPixel},
-    decide::{Candidate, decide},
+    decide::decide,
     depths::Depths,
-    packet::{InDoubles, Meetings, PixelRow, SIDE},
+    grid::SIDE,
+    packet::{InDoubles, Meetings, PixelRow},
     paint::{Pattern, colour_lane, put_eight, put_some},
     prepared::Prepared,
     rows::{self, BandRows},
@@ -425,7 +426,7 @@ impl<'a> Band<'a> {
             if (tile.first..tile.last).contains(&row) {
                 let at = tile.column as usize * BYTES_PER_PIXEL;
                 let line = &mut self.bytes[(row - tile.first) * self.row_bytes..][..self.row_bytes];
-                pixels.put(&mut line[at..at + tile.width * BYTES_PER_PIXEL]);
+                put_row(&mut line[at..at + tile.width * BYTES_PER_PIXEL], pixels);
                 let columns = if ignored { 0 } else { pixels.open(tile.width) };
                 open.extend(set_bits(columns).map(|column| OpenPixel {
                     column: column as u8,
@@ -460,6 +461,19 @@ pub(super) fn colour_of(scene: &Scene, seen: Seen) -> Rgb {
     match seen {
         NONE => scene.background,
         _ => scene.spheres.colour()[seen as usize],
+    }
+}
+
+/// Writes the colours of the first pixels of a row to all of `line`.
+#[inline]
+fn put_row(line: &mut [u8], pixels: &PixelRow) {
+    let mut rest = line;
+    for first in (0..SIDE).step_by(LANES) {
+        put_eight(rest, pixels.colours(first));
+        let Some((_, more)) = rest.split_at_mut_checked(LANES * BYTES_PER_PIXEL) else {
+            return;
+        };
+        rest = more;
     }
 }
 

@@ -15,12 +15,12 @@ use wide::{f32x8, f64x8, i32x8, u8x32, u32x8};
 use super::{
     bits::set_bits,
     boxes::Boxes,
-    decide::Candidate,
     grid::{EightSpheres, Grid},
     pool::Pool,
     tuning::Bounds,
 };
 use crate::{
+    methods::Seen,
     pages::{HUGE_PAGE, ask_for_huge},
     spheres::{LANES, Rgb, Spheres},
 };
@@ -29,6 +29,9 @@ use crate::{
 mod lane_tests;
 #[cfg(test)]
 mod tests;
+
+/// A sphere that may be visible: its index in the file, its centre and radius.
+pub(super) type Candidate = (Seen, [f32; 4]);
 
 /// A sphere in a tile: half a cache line.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]

@@ -9,9 +9,8 @@ use wide::f64x8;
 use super::{
     bins::{EightRecords, Record},
     depths::{Depths, Rectangles},
-    grid::Grid,
+    grid::{Grid, SIDE},
     outline::{EightRows, Outline, Placement},
-    packet::SIDE,
     tuning::Bounds,
 };
 use crate::spheres::LANES;

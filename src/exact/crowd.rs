@@ -9,13 +9,12 @@ use std::ops::ControlFlow;
 use wide::f32x8;
 
 use super::{
-    bins::{Bins, EightBoxes, EightRecords, Record},
+    bins::{Bins, Candidate, EightBoxes, EightRecords, Record},
     bits::set_bits,
     coverage::Tile,
-    decide::Candidate,
     depths::{Depths, FloatDepths},
-    grid::Grid,
-    packet::{InDoubles, Meetings, PixelRow, SIDE},
+    grid::{Grid, SIDE},
+    packet::{InDoubles, Meetings, PixelRow},
     tuning::Bounds,
 };
 use crate::spheres::LANES;

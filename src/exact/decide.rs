@@ -5,6 +5,7 @@
 use std::cmp::Ordering;
 
 use super::{
+    bins::Candidate,
     bits::set_bits,
     integers,
     real::{DoubleDouble, Real},
@@ -26,9 +27,6 @@ pub(super) enum Rung {
     DoubleDoubles,
     Integers,
 }
-
-/// A sphere that may be visible: its index in the file, its centre and radius.
-pub(super) type Candidate = (Seen, [f32; 4]);
 
 /// The sphere that is visible at pixel `(column, row)`, of `candidates` in any order. If not
 /// `trusted`, only integers decide.

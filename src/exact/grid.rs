@@ -14,6 +14,9 @@ use crate::{
     spheres::{LANES, Sphere},
 };
 
+/// The greatest side of a tile, in pixels.
+pub(super) const SIDE: usize = 64;
+
 /// The pixel grid on the viewport at distance 1.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {

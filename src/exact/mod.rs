@@ -17,12 +17,12 @@
 //! | | `outline` | the columns a sphere covers in eight rows, as masks |
 //! | | `depths` | inverse depths in a rectangle, as polynomials with an error bound |
 //! | tile of few spheres | `coverage` | masks from far to near; contested pixels |
-//! | tile of many spheres | `crowd` | packets for every pixel, nearest first where that pays |
 //! | | `packet` | eight pixels against a sphere, each inverse depth an interval |
-//! | undecided pixels | `decide`, `integers` | doubles, double-doubles, integers |
+//! | tile of many spheres | `crowd` | packets for every pixel, nearest first where that pays |
+//! | undecided pixels | `integers`, `decide` | doubles, double-doubles, integers |
 //! | bytes | `paint` | runs and packets to bytes |
-//! | all of it | `band`, `rows` | a row of tiles; whole rows where no inverse depths overlap |
 //! | | `counts` | how many pixels each step settled |
+//! | all of it | `rows`, `band` | whole rows where no inverse depths overlap; a row of tiles |
 //! | | `engine` | a prepared scene and memory to draw it in |
 //!
 //! A module imports only from those above it.

@@ -22,18 +22,14 @@ use super::{
     bins::{EightBoxes, EightRecords},
     bounds::U,
     depths::FloatDepths,
-    grid::{Grid, float_above, float_below},
-    paint::put_eight,
+    grid::{Grid, SIDE, float_above, float_below},
     sight::{Rays, Sights, Targets},
     tuning::Bounds,
 };
-use crate::{camera::BYTES_PER_PIXEL, spheres::LANES};
+use crate::spheres::LANES;
 
 #[cfg(test)]
 mod tests;
-
-/// Pixels in a row of the largest tile.
-pub(super) const SIDE: usize = 64;
 
 /// The leaders and rivals of the pixels of a row. A packet may begin anywhere in it, so there is
 /// room for one that begins at the last pixel.
@@ -208,19 +204,6 @@ impl PixelRow {
             open | u64::from(self.open_lanes(first)) << first
         });
         open & u64::MAX >> (SIDE - width)
-    }
-
-    /// Writes the colours of the first pixels of the row to all of `line`.
-    #[inline]
-    pub(super) fn put(&self, line: &mut [u8]) {
-        let mut rest = line;
-        for first in (0..SIDE).step_by(LANES) {
-            put_eight(rest, self.colours(first));
-            let Some((_, more)) = rest.split_at_mut_checked(LANES * BYTES_PER_PIXEL) else {
-                return;
-            };
-            rest = more;
-        }
     }
 
     /// The leaders' colour lanes.

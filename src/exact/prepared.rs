@@ -91,6 +91,6 @@ fn scale_of(spheres: &Spheres, grid: &Grid) -> f64 {
 }
 
 /// The greatest power of two that is not above a positive normal float.
-fn power_of_two_below(value: f32) -> f64 {
+pub(super) fn power_of_two_below(value: f32) -> f64 {
     f64::from(f32::from_bits(value.to_bits() & 0xff << 23))
 }

@@ -8,9 +8,8 @@ use wide::f64x8;
 
 use super::{
     bins::{FEW_SPHERES, Large},
-    grid::{EightSpheres, Grid},
+    grid::{EightSpheres, Grid, SIDE},
     outline::{Outline, Placement},
-    packet::SIDE,
     paint::Pattern,
     tuning::Bounds,
 };

@@ -12,8 +12,7 @@ use super::{
     boxes::Boxes,
     coverage::Tile,
     depths::Rectangles,
-    grid::{EightSpheres, Grid},
-    packet::SIDE,
+    grid::{EightSpheres, Grid, SIDE},
 };
 pub(super) use crate::random::Random;
 use crate::{

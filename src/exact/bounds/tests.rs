@@ -26,11 +26,11 @@ use super::{
 use crate::{
     camera::{Camera, ImageSize},
     exact::{
+        grid::SIDE,
         kernels::{
             Middle, MiddleRow, Number, Steps, before, nearest_beside, over_power, quadratic,
             row_factor, row_middle, touching, touching_beside,
         },
-        packet::SIDE,
         sight::{Rays, Sights, Targets},
     },
     scene::Viewport,

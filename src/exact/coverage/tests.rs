@@ -2,7 +2,8 @@
 
 use super::{Bounds, Coverage, Record};
 use crate::exact::{
-    decide::{Candidate, decide},
+    bins::Candidate,
+    decide::decide,
     grid::Grid,
     trials::{Random, Trial, each_trial, scale, sphere},
 };
