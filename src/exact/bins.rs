@@ -26,8 +26,6 @@ use crate::{
 };
 
 #[cfg(test)]
-mod lane_tests;
-#[cfg(test)]
 mod tests;
 
 /// A sphere that may be visible: its index in the file, its centre and radius.

@@ -556,6 +556,22 @@ fn few_spheres_in_whole_rows() {
     }
 }
 
+/// Of a sphere that reaches the camera's plane the outline has a second branch, behind the
+/// camera, in a view so wide; it is alone in its bands, so whole rows could be painted.
+#[test]
+fn no_branch_behind_the_camera_is_painted() {
+    let sphere = [0.0, 5.0, 0.5, 1.0];
+    let mut scene = scene_of(&[sphere]);
+    scene.viewport = Viewport {
+        width: 20.0,
+        height: 20.0,
+        distance: 1.0,
+    };
+    for side in [64, 200, 256] {
+        assert_drawn(&scene, size(side, side), &format!("{side} rows"));
+    }
+}
+
 /// What a crowd hides is asked of the rows that are drawn only, wherever they begin.
 #[test]
 fn crowds_cut_at_any_row() {

@@ -1,8 +1,9 @@
-//! The records of tiles.
+//! The records of tiles, and records made of lanes.
 
 use super::*;
 use crate::{
     camera::{Camera, ImageSize},
+    exact::paint::{bytes_of, colour_lane},
     random::Random,
     scene::Viewport,
     spheres::Sphere,
@@ -76,6 +77,112 @@ fn tiles_hold_the_spheres_whose_boxes_meet_them() {
             let mut found: Vec<_> = small.chain(large).collect();
             found.sort_unstable();
             assert_eq!(found, expected, "({column}, {row}) of side {side}");
+        }
+    }
+}
+
+/// No two of its bytes are equal.
+fn sphere_of_bytes(index: u32) -> Sphere {
+    let length =
+        |component: u32| f32::from_bits(0x3f01_0203 + 0x0004_0404 * (4 * index + component));
+    let byte = |component: u32| (3 * index + component + 1) as u8;
+    Sphere {
+        centre: [length(0), length(1), length(2)],
+        radius: length(3),
+        colour: [byte(0), byte(1), byte(2)],
+    }
+}
+
+/// On a machine of either byte order, whether or not the last eight are full.
+#[test]
+fn records_of_eight_lanes_are_those_of_one_sphere_each() {
+    let spheres: Spheres = (0..13).map(sphere_of_bytes).collect();
+    let sides = |lane: u32| [lane, lane + 10, lane + 20, lane + 30];
+    for first in [0, 8] {
+        let lanes: [u32; LANES] = std::array::from_fn(|lane| lane as u32);
+        let placed = Placed {
+            one: 0xff,
+            several: 0,
+            tile: [0; LANES],
+            sides: lanes.map(|lane| {
+                let [left, right, top, bottom] = sides(lane);
+                left | right << 8 | top << 16 | bottom << 24
+            }),
+            upper: lanes.map(|lane| 0.1 + lane as f32),
+        };
+        let records = records_of(&spheres, first, &placed);
+        for (lane, record) in records.iter().enumerate().take(spheres.len() - first) {
+            let index = (first + lane) as u32;
+            let Sphere {
+                centre,
+                radius,
+                colour,
+            } = sphere_of_bytes(index);
+            let [left, right, top, bottom] = sides(lane as u32);
+            let alone = Large {
+                sphere: [centre[0], centre[1], centre[2], radius],
+                upper: 0.1 + lane as f32,
+                index,
+                colour,
+                left,
+                right,
+                top,
+                bottom,
+            };
+            let alone = alone.record(0, 0, 64);
+            assert_eq!(
+                bytemuck::bytes_of(record),
+                bytemuck::bytes_of(&alone),
+                "{index}"
+            );
+        }
+    }
+}
+
+fn record(at: u8) -> Record {
+    let Sphere {
+        centre,
+        radius,
+        colour,
+    } = sphere_of_bytes(u32::from(at));
+    Record {
+        sphere: [centre[0], centre[1], centre[2], radius],
+        colour,
+        left: at,
+        right: 2 * at + 3,
+        top: 3 * at + 1,
+        bottom: 3 * at + 1 + 4 * (at % 3),
+        ..Record::default()
+    }
+}
+
+/// On a machine of either byte order, whether or not there are eight.
+#[test]
+fn eight_records_are_lanes_of_what_each_of_them_is() {
+    for count in 1..=LANES {
+        let records: Vec<Record> = (0..count as u8).map(record).collect();
+        let eight = EightRecords::of(&records);
+        let colours = eight.colours.to_array();
+        let boxes = eight.boxes;
+        let sides = [boxes.left(), boxes.right(), boxes.top(), boxes.bottom()];
+        for lane in 0..LANES {
+            let record = &records[lane.min(count - 1)];
+            assert_eq!(
+                colours[lane],
+                colour_lane(record.colour),
+                "{lane} of {count}"
+            );
+            assert_eq!(bytes_of(colours[lane]), record.colour, "{lane} of {count}");
+            assert_eq!(boxes.sides(lane), record.sides().map(usize::from));
+            let sides = sides.map(|lanes| lanes.to_array()[lane]);
+            assert_eq!(sides, record.sides().map(f64::from), "{lane} of {count}");
+            assert_eq!(boxes.narrow() >> lane & 1 == 1, record.is_narrow());
+            for (column, row) in (0..64).flat_map(|column| (0..64).map(move |row| (column, row))) {
+                let across = (record.left..=record.right).contains(&column);
+                let down = (record.top..=record.bottom).contains(&row);
+                let holds = boxes.holding(column, row) >> lane & 1 == 1;
+                assert_eq!(holds, across && down, "({column}, {row}), {record:?}");
+            }
         }
     }
 }
