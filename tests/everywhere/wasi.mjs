@@ -6,7 +6,7 @@ const [program, ...args] = process.argv.slice(2);
 const wasi = new WASI({
   version: "preview1",
   args: [program, ...args],
-  preopens: { "/": "/", ".": "." },
+  preopens: { "/pictures": "/pictures", ".": "." },
 });
 const module = await WebAssembly.compile(await readFile(program));
 process.exitCode = wasi.start(await WebAssembly.instantiate(module, wasi.getImportObject()));
