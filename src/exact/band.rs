@@ -196,12 +196,8 @@ impl<'a> Band<'a> {
             tile.column + tile.width as u32 - 1,
             tile.row + tile.last as u32 - 1,
         );
-        let touching = large.iter().filter(|large| {
-            large.left <= right
-                && large.right >= tile.column
-                && large.top <= bottom
-                && large.bottom >= tile.row
-        });
+        let sides = [tile.column, right, tile.row, bottom];
+        let touching = large.iter().filter(|large| !large.is_beside(sides));
         let records = &mut self.scratch.records;
         records.clear();
         records.extend(touching.map(|large| large.record(tile.column, tile.row, side)));
@@ -316,7 +312,7 @@ impl<'a> Band<'a> {
                     let corner = (tile.column, tile.row);
                     let (grid, bounds) = (&prepared.grid, prepared.bounds);
                     let in_doubles = InDoubles::new(grid, bounds, corner, record.sphere);
-                    meetings.in_doubles(lane, pixels, &in_doubles, |row| wanted[row])
+                    meetings.in_doubles(lane, pixels, &in_doubles, &wanted)
                 } else if prepared.bounds == Bounds::Ignored {
                     meetings.masked::<false>(lane, pixels, &wanted)
                 } else {

@@ -631,8 +631,17 @@ fn cmp_spheres(a: &[f32; 4], b: &[f32; 4]) -> Ordering {
 impl Large {
     /// Whether the boxes have no pixel in common.
     pub(super) fn is_apart(&self, other: &Self) -> bool {
-        let sides = |large: &Self| [large.left, large.right, large.top, large.bottom];
-        are_apart(sides(self), sides(other))
+        self.is_beside(other.sides())
+    }
+
+    /// Whether its box has no pixel in common with another one, given as first and last column
+    /// and row in the picture.
+    pub(super) fn is_beside(&self, sides: [u32; 4]) -> bool {
+        are_apart(self.sides(), sides)
+    }
+
+    fn sides(&self) -> [u32; 4] {
+        [self.left, self.right, self.top, self.bottom]
     }
 
     /// The part of it that is in the tile at `(x, y)`.

@@ -11,8 +11,6 @@
 #[cfg(test)]
 mod gappa;
 #[cfg(test)]
-pub(super) mod restated;
-#[cfg(test)]
 mod search;
 #[cfg(test)]
 mod tests;

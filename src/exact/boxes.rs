@@ -53,9 +53,10 @@ fn above_floats(lanes: f32x8) -> [f32; LANES] {
     (lanes * f32x8::splat(1.0 + 16.0 * U32 as f32)).to_array()
 }
 
-/// Spheres of such coordinates, before the camera by no less than the smaller number, and
-/// pictures of such sides and scales have boxes in floats: no float overflows, and what
-/// underflows is far below the slack.
+/// Boxes are computed in floats if coordinates are no greater than the end of this range, the
+/// distance in front of the camera plane is no smaller than its start, and a picture's sides
+/// and scales are as [`Boxes::fit_floats`] says. Then no float overflows, and what underflows is
+/// far below the slack.
 const FLOAT_RANGE: Range<f32> = 1.0 / (1 << 20) as f32..(1 << 20) as f32;
 const FLOAT_SCALES: Range<f64> = 1.0 / (1 << 24) as f64..(1 << 24) as f64;
 
@@ -141,8 +142,8 @@ impl Boxes {
     }
 
     /// Like [`new`](Self::new), and faster where floats will do; some boxes are a pixel wider.
-    /// `fit` is what [`Self::fit_floats`] says. What a sphere's box is does not depend on its
-    /// neighbours, since copies must have the same.
+    /// `fit` is what [`Self::fit_floats`] says. A sphere's box does not depend on the other
+    /// lanes: copies must have equal boxes.
     #[inline]
     pub(super) fn of_floats(grid: &Grid, components: [[f32; LANES]; 4], fit: bool) -> Self {
         let floats = components.map(f32x8::new);

@@ -299,7 +299,7 @@ impl CrowdedTile<'_> {
         if meetings.depths.known >> lane & 1 == 0 {
             let corner = (self.tile.column, self.tile.row);
             let in_doubles = InDoubles::new(self.grid, self.bounds, corner, record.sphere);
-            meetings.in_doubles(lane, pixels, &in_doubles, |_| u64::MAX)
+            meetings.in_doubles(lane, pixels, &in_doubles, &[u64::MAX; SIDE])
         } else if record.is_narrow() {
             meetings.narrow::<PROVEN>(lane, pixels)
         } else {

@@ -128,6 +128,25 @@ pub(super) fn quadratic<N: Number>([d0, d1, d2]: [N; 3], x: N) -> N {
     d2.times_plus(x, d1).times_plus(x, d0)
 }
 
+/// Terms of `d` and of `b` in a column `p` from the middle: `d0`, `d1`, `d2` and `b0`, `b1`.
+#[inline(always)]
+pub(super) fn in_column<N: Number>(
+    [d00, d10, d01, d20, d11, d02]: [N; 6],
+    [b00, b10, b01]: [N; 3],
+    p: N,
+) -> ([N; 3], [N; 2]) {
+    (
+        [quadratic([d00, d10, d20], p), d11.times_plus(p, d01), d02],
+        [b10.times_plus(p, b00), b01],
+    )
+}
+
+/// `d` and `b` in a row `q` from the middle.
+#[inline(always)]
+pub(super) fn in_row<N: Number>(d: [N; 3], [b0, b1]: [N; 2], q: N) -> [N; 2] {
+    [quadratic(d, q), b1.times_plus(q, b0)]
+}
+
 /// A sphere `(x, y, z)`, `r`, and the ray through the middle of a rectangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Middle<N> {

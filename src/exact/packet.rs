@@ -23,6 +23,7 @@ use super::{
     bounds::U,
     depths::FloatDepths,
     grid::{Grid, SIDE, float_above, float_below},
+    kernels::{in_column, in_row},
     sight::{Rays, Sights, Targets},
     tuning::Bounds,
 };
@@ -79,11 +80,8 @@ fn widths(colours: u32x8) -> f32x8 {
 /// ```
 #[derive(Clone, Copy, Debug)]
 struct Terms {
-    d0: f32x8,
-    d1: f32x8,
-    d2: f32x8,
-    b0: f32x8,
-    b1: f32x8,
+    d: [f32x8; 3],
+    b: [f32x8; 2],
     /// [`FloatDepths::clear`] and `clear_spread` if `CLEAR`, else `d_spread` and `spread`.
     d_spread: f32x8,
     spread: f32x8,
@@ -101,13 +99,19 @@ impl Terms {
         } else {
             (&depths.d_spread, &depths.spread)
         };
-        let quadratic = splat(&depths.d20).mul_add(p, splat(&depths.d10));
+        let d = [
+            &depths.d00,
+            &depths.d10,
+            &depths.d01,
+            &depths.d20,
+            &depths.d11,
+            &depths.d02,
+        ];
+        let b = [&depths.b00, &depths.b10, &depths.b01];
+        let (d, b) = in_column(d.map(splat), b.map(splat), p);
         Self {
-            d0: quadratic.mul_add(p, splat(&depths.d00)),
-            d1: splat(&depths.d11).mul_add(p, splat(&depths.d01)),
-            d2: splat(&depths.d02),
-            b0: splat(&depths.b10).mul_add(p, splat(&depths.b00)),
-            b1: splat(&depths.b01),
+            d,
+            b,
             d_spread: splat(d_spread),
             spread: splat(spread),
             colour: u32x8::splat(colour),
@@ -140,8 +144,7 @@ impl PixelRow {
         first: usize,
         q: f32x8,
     ) {
-        let d = terms.d2.mul_add(q, terms.d1).mul_add(q, terms.d0);
-        let b = terms.b1.mul_add(q, terms.b0);
+        let [d, b] = in_row(terms.d, terms.b, q);
         let upper = b + d.sqrt();
         let leader: f32x8 = packet(&self.upper, first);
         let leads = upper.simd_gt(leader);
@@ -244,8 +247,8 @@ impl<'a> Meetings<'a> {
         (bottom + 1 - top) as u64
     }
 
-    /// Meets a sphere in the packets that begin at column `first` of its rows
-    /// `top..bottom`, so many columns and rows after the first of its box.
+    /// Meets a sphere in the packets that begin at column `first` of the rows `top..bottom`.
+    /// `right` and `down` are the distances from the first column and row of its box.
     #[inline(always)]
     fn column<const PROVEN: bool>(
         &self,
@@ -325,14 +328,14 @@ impl<'a> Meetings<'a> {
         lane: usize,
         rows: &mut [PixelRow],
         in_doubles: &InDoubles<'_>,
-        wanted: impl Fn(usize) -> u64,
+        wanted: &[u64; SIDE],
     ) -> u64 {
         let [left, right, top, bottom] = self.boxes.sides(lane);
         let colour = u32x8::splat(self.colours[lane]);
         let mut met = 0;
         for (row, pixels) in (top..).zip(&mut rows[top..bottom + 1]) {
             for first in (left..right + 1).step_by(LANES) {
-                if wanted(row) & 0xff << first == 0 {
+                if wanted[row] & 0xff << first == 0 {
                     continue;
                 }
                 let (lower, upper) = in_doubles.interval(first, row);

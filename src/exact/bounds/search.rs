@@ -10,14 +10,11 @@ use std::ops::Neg;
 
 use wide::{f32x8, f64x8};
 
-use super::{
-    restated::{in_column, in_row},
-    *,
-};
+use super::*;
 use crate::exact::{
     kernels::{
-        Middle, MiddleRow, Number, Steps, before, over_power, quadratic, row_factor, row_middle,
-        touching, touching_beside,
+        Middle, MiddleRow, Number, Steps, before, in_column, in_row, over_power, quadratic,
+        row_factor, row_middle, touching, touching_beside,
     },
     real::{DoubleDouble, Real},
     trials::{Dyadic, Random, dyadic},

@@ -9,8 +9,7 @@
 //! than `n u/(1 - n u) < (n + 1) u`. It may be above by a stated number of units, fewer
 //! than would let its half pass.
 //!
-//! What packets do with these polynomials is [restated](super::restated), and held to the
-//! packets' own bits by a test of theirs.
+//! A test of packets holds what they do with these polynomials to the same bits.
 //!
 //! Roots, quotients of intervals and case splits are no polynomials: a root halves what is
 //! under it and rounds once, a divisor is a sum of terms of one sign, and what follows from
@@ -19,7 +18,6 @@
 use std::collections::BTreeMap;
 
 use super::{
-    restated::{in_column, in_row},
     trace::{Counter, Traced},
     *,
 };
@@ -28,8 +26,8 @@ use crate::{
     exact::{
         grid::SIDE,
         kernels::{
-            Middle, MiddleRow, Number, Steps, before, nearest_beside, over_power, quadratic,
-            row_factor, row_middle, touching, touching_beside,
+            Middle, MiddleRow, Number, Steps, before, in_column, in_row, nearest_beside,
+            over_power, quadratic, row_factor, row_middle, touching, touching_beside,
         },
         sight::{Rays, Sights, Targets},
     },

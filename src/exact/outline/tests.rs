@@ -6,7 +6,7 @@ use super::{Bounds, Columns, EightRows, Ends, LANES, Outline, Placement, Shape, 
 use crate::{
     camera::{Camera, ImageSize},
     exact::{
-        bins::EightRecords,
+        bins::{EightRecords, Record},
         grid::Grid,
         trials::{Dyadic, Random, Trial, each_trial},
     },
@@ -25,6 +25,15 @@ fn placed(trial: &Trial, grid: &Grid, rows: f64x8, down: f64x8) -> Outline {
     };
     let [outline, ..] = Outline::eight(grid, &placement, &trial.eight(), Bounds::Proven);
     outline
+}
+
+/// The record of the trial's sphere, if it has one in the tile, the middle row and the greatest
+/// distance from it that its outline is good for, and that outline.
+fn placed_by_box(trial: &Trial, grid: &Grid) -> Option<(Record, [f64x8; 2], Outline)> {
+    let record = trial.record(grid)?;
+    let rectangles = trial.tile().rectangles(&EightRecords::of(&[record]));
+    let (rows, down) = (rectangles.rows, rectangles.down + splat(LANES as f64));
+    Some((record, [rows, down], placed(trial, grid, rows, down)))
 }
 
 fn is_run(mask: u64) -> bool {
@@ -83,13 +92,10 @@ fn masks_hold_what_is_hit_and_no_more() {
     let (mut some, mut doubtful) = (0, 0);
     each_trial(60_000, |trial, random| {
         let grid = Grid::new(trial.camera);
-        let Some(record) = trial.record(&grid) else {
+        let Some((record, _, outline)) = placed_by_box(trial, &grid) else {
             return Ok(());
         };
         let tile = trial.tile();
-        let rectangles = tile.rectangles(&EightRecords::of(&[record]));
-        let down = rectangles.down + splat(LANES as f64);
-        let outline = placed(trial, &grid, rectangles.rows, down);
         match outline.shape {
             Shape::Between => shapes[0] += 1,
             Shape::From => shapes[1] += 1,
@@ -452,19 +458,16 @@ fn bounds_of_rows_have_all_terms() {
     let mut compared = 0;
     each_trial(20_000, |trial, _| {
         let grid = Grid::new(trial.camera);
-        let Some(record) = trial.record(&grid) else {
+        let Some((_, [rows, down], outline)) = placed_by_box(trial, &grid) else {
             return Ok(());
         };
         let tile = trial.tile();
-        let rectangles = tile.rectangles(&EightRecords::of(&[record]));
-        let down = rectangles.down + splat(LANES as f64);
-        let outline = placed(trial, &grid, rectangles.rows, down);
         if outline.shape != Shape::Between {
             return Ok(());
         }
         let [x, y, z] = trial.sphere.centre.map(f64::from);
         let r = f64::from(trial.sphere.radius);
-        let y0 = grid.y_axis.y(rectangles.rows).to_array()[0];
+        let y0 = grid.y_axis.y(rows).to_array()[0];
         let (t, dy) = (down.to_array()[0], grid.y_axis.step);
         let [e0, e1, e2, m0, m1] = [outline.e0, outline.e1, outline.e2, outline.m0, outline.m1]
             .map(|of| f64::from(of.abs()));

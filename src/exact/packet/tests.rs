@@ -2,11 +2,10 @@
 
 use super::{
     Bounds, EightRecords, Grid, InDoubles, LANES, Meetings, PixelRow, SIDE, STEPS, Terms,
-    exponents, f32x8, f64x8, packet, u32x8, widths,
+    exponents, f32x8, f64x8, in_column, in_row, packet, u32x8, widths,
 };
 use crate::exact::{
     bins::Record,
-    bounds::restated::{in_column, in_row},
     boxes::Boxes,
     depths::{Depths, FloatDepths},
     paint::{bytes_of, colour_lane},
@@ -115,13 +114,19 @@ fn doubles_hold_the_exact_inverse_depth() {
         let corner = (trial.column - lane, trial.row);
         let in_doubles = |bounds| InDoubles::new(&grid, bounds, corner, record.sphere);
         let mut rows = [PixelRow::new(BACKGROUND)];
-        let packets = meetings.in_doubles(0, &mut rows, &in_doubles(Bounds::Proven), |_| u64::MAX);
+        let packets =
+            meetings.in_doubles(0, &mut rows, &in_doubles(Bounds::Proven), &[u64::MAX; SIDE]);
         if packets != 1 {
             return Err(format!("{packets} packets"));
         }
         kinds[judge(&rows[0], lane as usize, trial, grid.scale)?] += 1;
         let mut refused = [PixelRow::new(BACKGROUND)];
-        meetings.in_doubles(0, &mut refused, &in_doubles(Bounds::Refused), |_| u64::MAX);
+        meetings.in_doubles(
+            0,
+            &mut refused,
+            &in_doubles(Bounds::Refused),
+            &[u64::MAX; SIDE],
+        );
         let lower = refused[0].lower(lane as usize).to_array()[0];
         if refused[0].open_lanes(lane as usize) & 1 == 0 || lower > 0.0 || lower.is_nan() {
             return Err("refused, but settled".into());
@@ -219,7 +224,7 @@ fn packets_evaluate_what_is_counted() {
         let (d, b) = in_column(d, [b00, b10, b01].map(splat), p);
         let bits = |lanes: f32x8| lanes.to_array().map(f32::to_bits);
         let counted = [d[0], d[1], d[2], b[0], b[1]].map(bits);
-        let evaluated = [terms.d0, terms.d1, terms.d2, terms.b0, terms.b1].map(bits);
+        let evaluated = [terms.d[0], terms.d[1], terms.d[2], terms.b[0], terms.b[1]].map(bits);
         if counted != evaluated {
             return Err(format!("{evaluated:x?} instead of {counted:x?}"));
         }
