@@ -23,20 +23,17 @@ pub(super) const U: f64 = f64::EPSILON / 2.0;
 /// Unit roundoff of floats.
 pub(super) const U32: f64 = f32::EPSILON as f64 / 2.0;
 
-/// Unit roundoff of double-doubles.
+/// Unit roundoff of double-doubles, proven with theorem 6.
 ///
-/// | operation | error in `U^2` | where it is proven |
-/// | --- | --- | --- |
-/// | sum | 3 | Joldes, Muller, Popescu 2017, algorithm 6 |
-/// | product | 7 | the same, algorithm 10 |
-/// | quotient | 14 | theorem 6 |
-/// | root | 25/8 | Lefevre and others 2023, algorithm 8 |
-/// | of all, with terms in `U^3` | 15 | |
+/// | operation | error in `U^2` |
+/// | --- | --- |
+/// | sum | 6 |
+/// | product | 9 |
+/// | quotient | 14 |
+/// | root | 5 |
+/// | of all, with terms in `U^3` | 15 |
 ///
-/// M. Joldes, J.-M. Muller, V. Popescu, Tight and Rigorous Error Bounds for Basic
-/// Building Blocks of Double-Word Arithmetic, ACM TOMS 44, 2017. V. Lefevre, N. Louvet,
-/// J.-M. Muller, J. Picot, L. Rideau, Accurate Calculation of Euclidean Norms Using
-/// Double-Word Arithmetic, ACM TOMS 49, 2023.
+/// One is to spare.
 pub(super) const U_DOUBLE_DOUBLE: f64 = 16.0 * U * U;
 
 /// What is added to a double so that it is above as a float, of itself.
@@ -44,8 +41,9 @@ pub(super) const U_DOUBLE_DOUBLE: f64 = 16.0 * U * U;
 /// | term | roundings | sum |
 /// | --- | --- | --- |
 /// | to a float | 1 | 1 |
-/// | the factor, the sum, and less than 100 before: of doubles | `2^-22` | 1 |
-/// | to spare | 1 | 2 |
+/// | the factor, the sum, and less than 98 before: of doubles | `2^-22` | `1 + 2^-22` |
+/// | `c` of the farthest visible point, in all `2^-31` | `2^-7` | below `1 + 2^-6` |
+/// | to spare | above `1 - 2^-6` | 2 |
 pub(super) const TO_FLOAT: f64 = 2.0 * U32;
 
 /// Half of the viewport's sides at distance 1 (a quotient, a factor: 2), and from these `|V|` at a
@@ -56,8 +54,8 @@ pub(super) const TO_FLOAT: f64 = 2.0 * U32;
 /// | the square, two sums | 3 | 3 |
 /// | the root: half of it, and its own | 1 | 3 |
 /// | the factor itself | 1 | 4 |
-/// | to spare | 1 | 5 |
-pub(super) const REACH_BOUND: f64 = 5.0 * U;
+/// | to spare; 1 more, since `1 + 5 U` is no double | 2 | 6 |
+pub(super) const REACH_BOUND: f64 = 6.0 * U;
 
 /// Inverse depths of a sphere beside the camera.
 ///
@@ -98,6 +96,15 @@ pub(super) const BOX_BOUND: f64 = 20.0 * U;
 /// | to spare | 5 | 20 |
 pub(super) const FLOAT_BOX_BOUND: f64 = 20.0 * U32;
 
+/// Inverse depths in floats, of spheres before the camera.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | `Cz + r` 1, `1/q` 4, their product; the grid's scale is a power of two | 6 | 6 |
+/// | the factor itself | 1 | 7 |
+/// | to spare | 1 | 8 |
+pub(super) const FLOAT_UPPER_BOUND: f64 = 8.0 * U32;
+
 // Outlines: theorem 2.
 
 /// Of `k = Cy^2 + Cz^2 - r^2`, if less than this share of `Cy^2 + Cz^2` is left, too
@@ -107,6 +114,27 @@ pub(super) const LEAST_SHARE: f64 = 1.0 / (1 << 20) as f64;
 /// Where the ends of rows are known worse than this, in pixels, packets are better. A
 /// choice, not an error.
 pub(super) const GREATEST_SLACK: f64 = 1.0 / 4.0;
+
+/// `k` from the computed `Cy^2 + Cz^2`, of `k`.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | the difference with `r^2`, which is exact | 1 | 1 |
+/// | to spare | 1 | 2 |
+pub(super) const K_BOUND: f64 = 2.0 * U;
+
+/// `Cy^2 + Cz^2`, of itself: the squares are exact, so the sum rounds once. The spare unit of
+/// [`K_BOUND`] pays for evaluating this bound.
+pub(super) const K_SQUARES_BOUND: f64 = U;
+
+/// The factor `c h h` of `E`: how many times what `k` is wrong by.
+///
+/// | term | times | sum |
+/// | --- | --- | --- |
+/// | `c = Cx^2 + k`, both positive | 1 | 1 |
+/// | `h` twice | 2 | 3 |
+/// | products of errors, and to spare | 1 | 4 |
+pub(super) const FACTOR_ERRORS_OF_K: f64 = 4.0;
 
 /// `m = rising q + level` of a row, of the magnitudes of its terms.
 ///
@@ -129,8 +157,7 @@ pub(super) const ROW_BOUND: f64 = 7.0 * U;
 /// | to spare | 5 | 16 |
 pub(super) const MIDDLE_BOUND: f64 = 16.0 * U;
 
-/// The factor `c h h` of `E`; three times what `k` is wrong by is extra, of which four
-/// are given.
+/// The factor `c h h` of `E`; what `k` is wrong by is extra ([`FACTOR_ERRORS_OF_K`]).
 ///
 /// | term | roundings | sum |
 /// | --- | --- | --- |
@@ -160,9 +187,23 @@ pub(super) const ROW_SQUARE_BOUND: f64 = 8.0 * U32;
 /// | the sum with the root | 1 | 5 |
 /// | to spare | 3 | 8 |
 ///
-/// The root has 2, its own and that of the sum, and may be half as great again as the
-/// bound takes it to be.
+/// The root has 2, its own and that of the sum with it.
 pub(super) const ROW_END_BOUND: f64 = 8.0 * U32;
+
+/// The share by which the bounds of a row are increased: how often they themselves are rounded.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | the slack as a float | 1 | 1 |
+/// | the middle less the slack, the sum with the root | 2 | 3 |
+/// | to spare | 1 | 4 |
+///
+/// The bound of `E` has 2: as a float, and the difference with it.
+pub(super) const ROW_INFLATION: f64 = 4.0 * U32;
+
+/// Added to the sum of magnitudes of [`ROW_END_BOUND`], in pixels, so that the slack is above
+/// what underflows in the middle. A choice, not an error: any normal float is enough.
+pub(super) const LEAST_SIDES: f64 = 64.0;
 
 // Inverse depths around a rectangle: theorem 3.
 
@@ -229,6 +270,30 @@ pub(super) const PLANE_BOUND: f64 = 9.0 * U;
 /// | to spare | 1 | 4 |
 pub(super) const SUM_OF_PARTS_BOUND: f64 = 4.0 * U32;
 
+/// The share by which the bounds of `D` and of `B` are increased: how often they themselves are
+/// rounded, as part of a coefficient and twice as great as the spread.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | the bound of `B` in `b00`: as a float | 1 | 1 |
+/// | `b01 q + (b10 p + b00)` | 2 | 3 |
+/// | the spread taken away, the sum with the root | 2 | 5 |
+/// | the spread, twice the bound: the same two sums | 4 | 9 |
+/// | to spare | 1 | 10 |
+///
+/// The bound of `D` has 6.
+pub(super) const DEPTH_INFLATION: f64 = 10.0 * U32;
+
+/// The tangent plane of a sphere around the camera is used where the greatest `D` is less than
+/// this many times the one in the middle. A choice: [`TANGENT_BOUND`] is proven for it, and any
+/// smaller number is as right.
+pub(super) const STEADY_RATIO: f64 = 8.0;
+
+/// What `D` is wrong by makes that plane wrong by, in units of the bound of `D` over the root in
+/// the middle: 5.7 where that bound is below `9/16` of the `D` in the middle. Elsewhere the
+/// bound of the plane is then below `b` (theorem 5), for which any smaller number is too little.
+pub(super) const TANGENT_BOUND: f64 = 8.0;
+
 /// What operations that underflow can lose, which is relative to nothing. In units of half the
 /// spacing of subnormals, `2^-150`, with `|p|` and `|q|` at most 41:
 ///
@@ -236,7 +301,7 @@ pub(super) const SUM_OF_PARTS_BOUND: f64 = 4.0 * U32;
 /// | --- | --- | --- |
 /// | `(d20 p + d10) p + d00`: a unit for each coefficient and each product | 1765 | 1765 |
 /// | `(d02 q + (d11 p + d01)) q` | 3486 | 5251 |
-/// | to spare; of it `2^-100` for what doubles lose | 2941 | 8192 |
+/// | to spare; of it less than 1 for what doubles lose | 2941 | 8192 |
 ///
 /// `E` has 1765, `B` 85.
 pub(super) const LEAST_BOUND: f64 = 1.0 / (1_u128 << 127) as f64 / 1024.0;

@@ -7,7 +7,7 @@ use wide::{f32x8, f64x8, u32x8};
 
 use super::{
     bits::set_bits,
-    bounds::{BESIDE_BOUND, BOX_BOUND, FLOAT_BOX_BOUND, U32},
+    bounds::{BESIDE_BOUND, BOX_BOUND, FLOAT_BOX_BOUND, FLOAT_UPPER_BOUND},
     grid::{EightSpheres, Grid, float_above, splat},
     kernels::{before, nearest_beside, touching, touching_beside},
     sight::power_of_camera,
@@ -50,7 +50,7 @@ fn above(lanes: f64x8) -> [f32; LANES] {
 }
 
 fn above_floats(lanes: f32x8) -> [f32; LANES] {
-    (lanes * f32x8::splat(1.0 + 16.0 * U32 as f32)).to_array()
+    (lanes * f32x8::splat((1.0 + FLOAT_UPPER_BOUND) as f32)).to_array()
 }
 
 /// Boxes are computed in floats if coordinates are no greater than the end of this range, the

@@ -22,8 +22,8 @@ use wide::f64x8;
 use super::{
     bits::set_bits,
     bounds::{
-        B_BOUND, CLEAR_SHARE, COEFFICIENT_BOUND, CROSS_BOUND, D_BOUND, GREATEST, LEAST_BOUND,
-        LEAST_SHARE, PLANE_BOUND, SUM_OF_PARTS_BOUND, U32,
+        B_BOUND, CLEAR_SHARE, COEFFICIENT_BOUND, CROSS_BOUND, D_BOUND, DEPTH_INFLATION, GREATEST,
+        LEAST_BOUND, LEAST_SHARE, PLANE_BOUND, STEADY_RATIO, SUM_OF_PARTS_BOUND, TANGENT_BOUND,
     },
     grid::{EightSpheres, Grid, float_above, float_below, splat},
     kernels::{Middle, Steps, over_power},
@@ -193,7 +193,7 @@ impl Depths {
         let b_terms = x_abs.mul_add(x0_abs, y_abs.mul_add(y0_abs, z_abs));
         let b_terms = b_terms.mul_add(scale.abs(), b_linear);
         // Covers the rounding errors of the bounds themselves.
-        let up = splat(1.0 + 32.0 * U32);
+        let up = splat(1.0 + DEPTH_INFLATION);
         let d_bound = splat(D_BOUND)
             .mul_add(d_upper, d_bound)
             .mul_add(up, splat(LEAST_BOUND));
@@ -202,7 +202,7 @@ impl Depths {
         let top = highest.fast_max(zero) + two * d_bound;
         let b_bound = splat(B_BOUND).mul_add(b_upper, splat(PLANE_BOUND) * b_terms);
         let parts = splat(SUM_OF_PARTS_BOUND).mul_add(b_upper + top.sqrt(), b_bound);
-        let bound = parts.mul_add(up, splat(2.0 * LEAST_BOUND));
+        let bound = parts.mul_add(up, splat(LEAST_BOUND));
 
         // Where B < 0, B + sqrt D is negative, which no packet takes for a hit (theorem 4).
         let outside = c.simd_gt(zero);
@@ -315,8 +315,7 @@ impl Depths {
             + s * t * self.d11.abs();
         let tangent = b00 + root + slope + (bulge + d_bound) * inverse;
         let interval = b00 + self.b_linear + self.top.sqrt();
-        let up = splat(1.0 + 32.0 * U32);
-        let above = (minimum(tangent, interval) + bound) * up;
+        let above = minimum(tangent, interval) + bound;
 
         let mut corners = splat(f64::INFINITY);
         let mut covered = self.outside;
@@ -329,12 +328,12 @@ impl Depths {
             corners = minimum(corners, b + (d - d_bound).fast_max(zero).sqrt());
         }
         let plane = b00 - self.b_linear;
-        let outside = covered.select(corners, plane) - bound;
+        let outside = covered.select(corners, plane);
         // The error of the gradient grows with the ratio of the greatest d to d00.
-        let steady = self.top.simd_lt(splat(8.0) * d00);
-        let inside = b00 + root - slope - splat(4.0) * bound - splat(16.0) * d_bound * inverse;
+        let steady = self.top.simd_lt(splat(STEADY_RATIO) * d00);
+        let inside = b00 + root - slope - splat(2.0 * TANGENT_BOUND) * d_bound * inverse;
         let inside = steady.select(inside, zero);
-        let below = self.outside.select(outside, inside) * splat(1.0 - 32.0 * U32);
+        let below = self.outside.select(outside, inside) - bound;
 
         let known = self.known;
         let lanes = |whole: [f32; LANES]| f64x8::new(whole.map(f64::from));

@@ -25,8 +25,9 @@ use super::{
     bins::Record,
     bits::set_bits,
     bounds::{
-        COEFFICIENT_BOUND, CROSS_BOUND, FACTOR_BOUND, GREATEST_SLACK, LEAST_BOUND, LEAST_SHARE,
-        MIDDLE_BOUND, ROW_BOUND, ROW_END_BOUND, ROW_SQUARE_BOUND, U, U32,
+        COEFFICIENT_BOUND, CROSS_BOUND, FACTOR_BOUND, FACTOR_ERRORS_OF_K, GREATEST_SLACK, K_BOUND,
+        K_SQUARES_BOUND, LEAST_BOUND, LEAST_SHARE, LEAST_SIDES, MIDDLE_BOUND, ROW_BOUND,
+        ROW_END_BOUND, ROW_INFLATION, ROW_SQUARE_BOUND,
     },
     grid::{EightSpheres, Grid, float_below, splat},
     kernels::{MiddleRow, farthest, quadratic, row_factor, row_middle},
@@ -154,17 +155,17 @@ impl Outline {
         let squares = squared_radius.mul_add(a_upper, n_upper * n_upper);
         let e_bound = (two * n_upper + n_bound) * n_bound + splat(COEFFICIENT_BOUND) * squares;
         let e_upper = e0.abs() + t * (e1.abs() + t * e2.abs());
-        let k_bound = splat(2.0 * U) + splat(U) * yz / k.abs();
-        let factor_bound = splat(4.0) * k_bound + splat(FACTOR_BOUND);
+        let k_bound = splat(K_BOUND) + splat(K_SQUARES_BOUND) * yz / k.abs();
+        let factor_bound = splat(FACTOR_ERRORS_OF_K) * k_bound + splat(FACTOR_BOUND);
         let level_upper = y.abs() * y_upper + z.abs();
         let middle_upper = hx.abs() * level_upper;
         let middle_bound = (k_bound + splat(MIDDLE_BOUND)) * middle_upper
             + splat(MIDDLE_BOUND) * splat(grid.x_axis.middle + f64::from(placement.column));
         // The rounding errors in floats.
-        let up = splat(1.0 + 64.0 * U32);
+        let up = splat(1.0 + ROW_INFLATION);
         let e_bound = factor.abs() * e_bound + (factor_bound + splat(ROW_SQUARE_BOUND)) * e_upper;
         let sides = m0.abs() + t * m1.abs() + (e_upper + e_bound).sqrt();
-        let slack = (middle_bound + splat(ROW_END_BOUND) * (sides + splat(64.0))) * up;
+        let slack = (middle_bound + splat(ROW_END_BOUND) * (sides + splat(LEAST_SIDES))) * up;
         let e_bound = e_bound * up + splat(LEAST_BOUND);
 
         // The farthest visible point of the surface is on the circle where rays touch:
@@ -206,7 +207,7 @@ impl Outline {
             } else {
                 Shape::UpTo
             },
-            lower: float_below(lower[lane] * (1.0 - U32)),
+            lower: float_below(lower[lane]),
             row: row[lane],
             m0: m0[lane],
             m1: m1[lane],

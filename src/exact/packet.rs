@@ -20,7 +20,6 @@ use wide::{f32x8, f64x8, u32x8};
 
 use super::{
     bins::{EightBoxes, EightRecords},
-    bounds::U,
     depths::FloatDepths,
     grid::{Grid, SIDE, float_above, float_below},
     kernels::{in_column, in_row},
@@ -383,8 +382,8 @@ impl<'a> InDoubles<'a> {
         }
         let (x, y) = (self.corner.0 + column as u32, self.corner.1 + row as u32);
         let sights = Sights::new(&Rays::of_row(self.grid.camera(), x, y), &self.targets);
-        let below = |lower: f64| float_below(lower * self.scale * (1.0 - 4.0 * U));
-        let above = |upper: f64| float_above(upper * self.scale * (1.0 + 4.0 * U));
+        let below = |lower: f64| float_below(lower * self.scale);
+        let above = |upper: f64| float_above(upper * self.scale);
         (
             f32x8::new(sights.lower.to_array().map(below)),
             f32x8::new(sights.upper.to_array().map(above)),

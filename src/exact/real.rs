@@ -84,8 +84,7 @@ impl Real for f64x8 {
 }
 
 /// The sum of two doubles, of which the second is at most half a unit in the last
-/// place of the first (theorem 6). The operations are those of Joldes, Muller and Popescu (2017),
-/// the root that of Lefevre and others (2023): see [`U_DOUBLE_DOUBLE`].
+/// place of the first. What the operations round is proven with theorem 6.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DoubleDouble<T = f64x8> {
     high: T,
