@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::{
     bins::{Candidate, EightRecords, Large, Record},
-    bits::set_bits,
+    bits::{runs, set_bits},
     counts::Counts,
     coverage::{Coverage, Tile},
     crowd::{Crowd, CrowdedTile, OpenPixel},
@@ -29,8 +29,8 @@ pub(super) const CROWD: usize = 32;
 
 /// So is a tile with more spheres than `SMALL_CROWD` whose boxes have together more than
 /// `DEEP_CROWD` times its pixels.
-pub(super) const SMALL_CROWD: usize = 8;
-const DEEP_CROWD: usize = 5;
+pub(super) const SMALL_CROWD: usize = 12;
+const DEEP_CROWD: usize = 7;
 
 /// Memory for drawing one band at a time.
 #[derive(Debug, Default)]
@@ -266,6 +266,16 @@ impl<'a> Band<'a> {
             let pattern = Pattern::new(covering.record.colour);
             let top = usize::from(covering.record.top).max(tile.first);
             let bottom = usize::from(covering.record.bottom).min(tile.last - 1);
+            if !covering.in_runs {
+                for row in top..bottom + 1 {
+                    let line =
+                        &mut self.bytes[(row - tile.first) * self.row_bytes..][..self.row_bytes];
+                    for columns in runs(coverage.outer(covering, row)) {
+                        pattern.paint(line, first + columns.start, first + columns.end);
+                    }
+                }
+                continue;
+            }
             let ends = coverage.ends_of(covering, top..bottom + 1);
             let lines =
                 self.bytes[(top - tile.first) * self.row_bytes..].chunks_exact_mut(self.row_bytes);

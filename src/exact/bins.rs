@@ -608,11 +608,6 @@ impl Record {
     pub(super) fn cmp_spheres(&self, other: &Self) -> Ordering {
         cmp_spheres(&self.sphere, &other.sphere).then(self.index.cmp(&other.index))
     }
-
-    /// Whether the boxes have no pixel in common.
-    pub(super) fn is_apart(&self, other: &Self) -> bool {
-        are_apart(self.sides(), other.sides())
-    }
 }
 
 /// Whether two boxes, each as first and last column and row, have no pixel in common.

@@ -294,6 +294,46 @@ pub(super) const STEADY_RATIO: f64 = 8.0;
 /// bound of the plane is then below `b` (theorem 5), for which any smaller number is too little.
 pub(super) const TANGENT_BOUND: f64 = 8.0;
 
+// Radical planes: theorem 10.
+
+/// How much `c' - c` may be, of its terms, where it is computed as no more than [`LEAST_SHARE`].
+///
+/// | term | error | sum in `LEAST_SHARE` |
+/// | --- | --- | --- |
+/// | the share | | 1 |
+/// | the difference and the sum of two lengths, their product, three sums: 6 roundings | `2^-50` | 1 |
+/// | to spare; of it a few roundings of the factors that follow | | 2 |
+pub(super) const POWER_BOUND: f64 = 2.0 * LEAST_SHARE;
+
+/// `l` in floats, of the sum of the magnitudes of its terms.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | the coefficient | 1 | 1 |
+/// | `l01 q + (l10 p + l00)` | 3 | 4 |
+/// | to spare | 2 | 6 |
+pub(super) const PLANE_SIDE_BOUND: f64 = 6.0 * U32;
+
+/// `l` in doubles, of the magnitudes of the terms of the plane and of `b`.
+///
+/// | term | error | sum in `2^-32` |
+/// | --- | --- | --- |
+/// | `c' - c`: 7 roundings of terms of which [`LEAST_SHARE`] is left | `2^-30` | 4 |
+/// | `c`, in `b` | `2^-32` | 5 |
+/// | 11 roundings of doubles | `2^-49` | 5 |
+/// | to spare | | 8 |
+pub(super) const PLANE_TERMS_BOUND: f64 = 1.0 / (1 << 29) as f64;
+
+/// `d - l |l|` in floats, of the square of the upper bound of `|l|`; that of `d` is the
+/// last one of [`D_BOUND`].
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | the square | 1 | 1 |
+/// | the difference | 1 | 2 |
+/// | to spare | 1 | 3 |
+pub(super) const SIDE_BOUND: f64 = 3.0 * U32;
+
 /// What operations that underflow can lose, which is relative to nothing. In units of half the
 /// spacing of subnormals, `2^-150`, with `|p|` and `|q|` at most 41:
 ///

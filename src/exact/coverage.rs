@@ -1,25 +1,27 @@
 //! Tiles of few spheres: the columns that each sphere covers in each row, as masks of 64 bits.
 //!
-//! Spheres are processed from far to near. Where a sphere certainly covers a pixel and is nearer
-//! than all spheres before it, it is visible. Pixels in which the intervals of two spheres
-//! overlap, and pixels too close to an outline, are *contested*, which is a mask too.
+//! Spheres are processed from far to near, by the upper bounds of their inverse depths. Where the
+//! intervals of two spheres overlap, the side of their radical plane shows which one is nearer in
+//! each pixel. Where a sphere certainly covers a pixel and is nearer than all spheres before it, it is
+//! visible. Pixels too close to an outline, or to where two spheres change places, are *contested*,
+//! which is a mask too.
+
+use std::ops::Range;
 
 use wide::f64x8;
 
 use super::{
     bins::{EightRecords, Record},
-    depths::{Depths, Rectangles},
+    depths::{Depths, Rectangles, SphereDepths},
     grid::{Grid, SIDE},
     outline::{EightRows, Outline, Placement},
+    radical::{self, Nearer, NearerColumns, Region},
     tuning::Bounds,
 };
 use crate::spheres::LANES;
 
 #[cfg(test)]
 mod tests;
-
-/// For spheres with at least this many pixels in a tile, bounds within the tile are worthwhile.
-const REFINED: usize = 512;
 
 /// Eight rows of a tile.
 pub(super) const OCTETS: usize = SIDE / LANES;
@@ -36,6 +38,8 @@ pub(super) struct Covering {
     upper: f32,
     /// The index of its first octet among those of all spheres.
     rows: usize,
+    /// Whether each row of `outer` is one run, which is in `ends`.
+    pub(super) in_runs: bool,
 }
 
 impl Covering {
@@ -47,7 +51,7 @@ impl Covering {
         usize::from(self.record.bottom) / LANES
     }
 
-    fn octets(&self) -> std::ops::Range<usize> {
+    fn octets(&self) -> Range<usize> {
         self.first_octet()..self.last_octet() + 1
     }
 }
@@ -120,8 +124,64 @@ pub(super) struct Coverage {
     pub(super) closed: bool,
     pub(super) contested: Mask,
     pub(super) any_contested: bool,
-    /// The spheres whose intervals overlap that of the current sphere.
-    overlap: Mask,
+    /// Those of each sphere, if the intervals of any two overlap.
+    depths: Vec<SphereDepths>,
+    disputes: Disputes,
+}
+
+/// How pairs of spheres are compared.
+#[derive(Clone, Copy)]
+struct Pairs<'a> {
+    grid: &'a Grid,
+    bounds: Bounds,
+}
+
+/// The pixels of a sphere in which spheres that stand before it in the order are nearer.
+#[derive(Debug, Default)]
+struct Disputes {
+    /// Where one certainly is.
+    lost: Mask,
+    /// Where one may be.
+    undecided: Mask,
+    nearer: NearerColumns,
+}
+
+impl Disputes {
+    fn clear(&mut self, octets: Range<usize>) {
+        self.lost[octets.clone()].fill([0; LANES]);
+        self.undecided[octets].fill([0; LANES]);
+    }
+
+    /// Adds another sphere, by its rows in some octets.
+    fn add(&mut self, nearer: Nearer, octets: Range<usize>, rows: &[EightRows]) {
+        let constant = match nearer {
+            Nearer::First => Some((u64::MAX, 0)),
+            Nearer::Second => Some((0, u64::MAX)),
+            Nearer::Unknown => Some((0, 0)),
+            Nearer::Varies(seam) => {
+                seam.columns(&mut self.nearer);
+                None
+            }
+        };
+        for (octet, other) in octets.zip(rows) {
+            for lane in 0..LANES {
+                let row = octet * LANES + lane;
+                let of_row = (self.nearer.first[row], self.nearer.second[row]);
+                let (first, second) = constant.unwrap_or(of_row);
+                let lost = second & other.inner[lane];
+                self.lost[octet][lane] |= lost;
+                self.undecided[octet][lane] |= other.outer[lane] & !first & !lost;
+            }
+        }
+    }
+
+    /// Takes from eight rows of the sphere what is lost. Returns what is undecided.
+    fn take_from(&self, octet: usize, rows: &mut EightRows) -> [u64; LANES] {
+        let lost = &self.lost[octet];
+        rows.inner = std::array::from_fn(|lane| rows.inner[lane] & !lost[lane]);
+        rows.outer = std::array::from_fn(|lane| rows.outer[lane] & !lost[lane]);
+        self.undecided[octet]
+    }
 }
 
 impl Coverage {
@@ -134,12 +194,13 @@ impl Coverage {
             self.outline(grid, tile, eight, bounds);
         }
         self.sort();
-        if bounds == Bounds::Proven && self.overlap() {
-            self.refine(grid, tile);
-            self.sort();
+        self.depths.clear();
+        if self.overlap() {
+            self.find_depths(grid, tile, bounds);
         }
-        self.drop_hidden(tile);
-        self.contest();
+        let pairs = Pairs { grid, bounds };
+        self.drop_hidden(tile, pairs);
+        self.contest(pairs);
     }
 
     fn outline(&mut self, grid: &Grid, tile: &Tile, records: &[Record], bounds: Bounds) {
@@ -159,6 +220,7 @@ impl Coverage {
                 lower: outline.lower,
                 upper: record.upper,
                 rows: self.rows.len(),
+                in_runs: true,
             };
             outline.rows(covering.octets(), tile.width, record, &mut self.rows);
             self.spheres.push(covering);
@@ -173,7 +235,7 @@ impl Coverage {
     }
 
     /// The first column that a sphere may cover, and the one after the last, in rows of its box.
-    pub(super) fn ends_of(&self, covering: &Covering, rows: std::ops::Range<usize>) -> &[[u8; 2]] {
+    pub(super) fn ends_of(&self, covering: &Covering, rows: Range<usize>) -> &[[u8; 2]] {
         let first = covering.rows * LANES + rows.start - covering.first_octet() * LANES;
         &self.ends[first..first + rows.len()]
     }
@@ -243,80 +305,121 @@ impl Coverage {
             .any(|pair| self.spheres[pair[0]].upper >= self.spheres[pair[1]].lower)
     }
 
-    /// Computes bounds of the inverse depths in the boxes instead of those of whole spheres, for
-    /// spheres with many pixels. Small ones have nearly all of their pixels here.
-    fn refine(&mut self, grid: &Grid, tile: &Tile) {
-        let large = |&at: &usize| self.spheres[at].record.area() >= REFINED;
-        let places: Vec<usize> = (0..self.spheres.len()).filter(large).collect();
-        for places in places.chunks(LANES) {
-            let last = places.len() - 1;
-            let of = |lane: usize| &self.spheres[places[lane.min(last)]];
-            let eight = EightRecords::new(&std::array::from_fn(|lane| of(lane).record));
+    fn find_depths(&mut self, grid: &Grid, tile: &Tile, bounds: Bounds) {
+        let corner = (tile.column, tile.row);
+        for covering in self.spheres.chunks(LANES) {
+            let last = covering.len() - 1;
+            let record = |lane: usize| covering[lane.min(last)].record;
+            let eight = EightRecords::new(&std::array::from_fn(record));
             let depths = Depths::new(grid, &tile.rectangles(&eight), &eight.spheres);
-            let lower = std::array::from_fn(|lane| of(lane).lower);
-            let upper = std::array::from_fn(|lane| of(lane).upper);
-            let ranges = depths.ranges(lower, upper);
-            for (lane, &at) in places.iter().enumerate() {
-                let covering = &mut self.spheres[at];
-                (covering.lower, covering.upper) = (ranges.lower[lane], ranges.upper[lane]);
-            }
+            let of_sphere = |lane| depths.of_sphere(lane, &eight.spheres, corner, bounds);
+            self.depths.extend((0..=last).map(of_sphere));
         }
     }
 
     /// Drops the spheres behind one that covers the whole tile.
-    fn drop_hidden(&mut self, tile: &Tile) {
-        let full = u64::MAX >> (SIDE - tile.width);
-        let covers = |covering: &Covering| {
-            let rows = self.rows_of(covering);
-            let first = covering.first_octet();
-            tile.is_all_of(&covering.record)
-                && (tile.first..tile.last)
-                    .all(|row| rows[row / LANES - first].inner[row % LANES] == full)
+    fn drop_hidden(&mut self, tile: &Tile, pairs: Pairs<'_>) {
+        let covering = |at: &&usize| self.covers(&self.spheres[**at], tile);
+        let in_front = |front: usize, &at: &usize| {
+            if matches!(self.nearer(pairs, front, at), Nearer::Second) {
+                at
+            } else {
+                front
+            }
         };
-        let spheres = &self.spheres;
-        let Some(at) = self.order.iter().rposition(|&at| covers(&spheres[at])) else {
+        let mut covering = self.order.iter().rev().filter(covering);
+        let Some(&nearest) = covering.next() else {
             self.closed = false;
             return;
         };
-        let lower = spheres[self.order[at]].lower;
-        let hidden = self.order.partition_point(|&at| spheres[at].upper < lower);
-        self.closed = hidden >= at;
-        self.order.drain(..hidden.min(at));
+        let front = covering.fold(nearest, in_front);
+        let mut order = std::mem::take(&mut self.order);
+        order.retain(|&at| at == front || !matches!(self.nearer(pairs, front, at), Nearer::First));
+        self.closed = order.len() == 1;
+        self.order = order;
     }
 
-    fn contest(&mut self) {
+    /// Whether a sphere covers the whole tile.
+    fn covers(&self, covering: &Covering, tile: &Tile) -> bool {
+        let full = u64::MAX >> (SIDE - tile.width);
+        let drawn = tile.first..tile.last;
+        let is_full = |(octet, rows): (usize, &EightRows)| {
+            (0..LANES).fold(true, |all, lane| {
+                all & (rows.inner[lane] == full || !drawn.contains(&(octet * LANES + lane)))
+            })
+        };
+        tile.is_all_of(&covering.record)
+            && covering.octets().zip(self.rows_of(covering)).all(is_full)
+    }
+
+    /// Which of two spheres is nearer where both are hit; the first one if that is nowhere.
+    fn nearer(&self, pairs: Pairs<'_>, first: usize, second: usize) -> Nearer {
+        let (near, far) = (&self.spheres[first], &self.spheres[second]);
+        let Some(region) = Region::of(&near.record, &far.record) else {
+            return Nearer::First;
+        };
+        if far.upper < near.lower {
+            return Nearer::First;
+        }
+        match (self.depths.get(first), self.depths.get(second)) {
+            (Some(near), Some(far)) => {
+                radical::compare(pairs.grid, pairs.bounds, region, near, far)
+            }
+            _ => Nearer::Unknown,
+        }
+    }
+
+    /// Finds the contested pixels, and takes from every sphere the pixels in which one that
+    /// stands before it in the order is nearer.
+    fn contest(&mut self, pairs: Pairs<'_>) {
         self.contested = [[0; LANES]; OCTETS];
         let mut any = 0;
-        for (place, &at) in self.order.iter().enumerate() {
-            let near = &self.spheres[at];
-            let octets = near.octets();
-            self.overlap[octets.clone()].fill([0; LANES]);
-            for &far in self.order[..place].iter().rev() {
-                let far = &self.spheres[far];
-                if far.upper < near.lower {
-                    break;
-                }
-                if far.record.is_apart(&near.record) {
-                    continue;
-                }
-                let both = octets.start.max(far.first_octet())..octets.end.min(far.octets().end);
-                let rows = &self.rows[far.rows + both.start - far.first_octet()..];
-                for (overlap, rows) in self.overlap[both].iter_mut().zip(rows) {
-                    for (all, outer) in overlap.iter_mut().zip(rows.outer) {
-                        *all |= outer;
-                    }
-                }
-            }
-            let rows = &self.rows[near.rows..];
-            for (octet, rows) in octets.zip(rows) {
-                let (contested, overlap) = (&mut self.contested[octet], &self.overlap[octet]);
-                for lane in 0..LANES {
-                    let (inner, outer) = (rows.inner[lane], rows.outer[lane]);
-                    contested[lane] = contested[lane] & !inner | outer & (!inner | overlap[lane]);
-                    any |= contested[lane];
+        for place in 0..self.order.len() {
+            let disputed = self.dispute(pairs, place);
+            let near = &mut self.spheres[self.order[place]];
+            near.in_runs = !disputed;
+            let rows = &mut self.rows[near.rows..];
+            for (octet, rows) in near.octets().zip(rows) {
+                let undecided = if disputed {
+                    self.disputes.take_from(octet, rows)
+                } else {
+                    [0; LANES]
+                };
+                let lanes = self.contested[octet].iter_mut().zip(undecided);
+                let lanes = lanes.zip(rows.inner).zip(rows.outer);
+                for (((contested, undecided), inner), outer) in lanes {
+                    *contested = (*contested | outer) & !(inner & !undecided);
+                    any |= *contested;
                 }
             }
         }
         self.any_contested = any != 0;
+    }
+
+    /// Compares a sphere with those before it in the order whose intervals of inverse depth
+    /// overlap its own. Returns whether one of them may be nearer anywhere.
+    fn dispute(&mut self, pairs: Pairs<'_>, place: usize) -> bool {
+        let at = self.order[place];
+        let mut disputed = false;
+        for before in (0..place).rev() {
+            let other = self.order[before];
+            let (near, far) = (&self.spheres[at], &self.spheres[other]);
+            if far.upper < near.lower {
+                break;
+            }
+            let nearer = self.nearer(pairs, at, other);
+            if matches!(nearer, Nearer::First) {
+                continue;
+            }
+            if !disputed {
+                disputed = true;
+                self.disputes.clear(near.octets());
+            }
+            let (of_near, of_far) = (near.octets(), far.octets());
+            let both = of_near.start.max(of_far.start)..of_near.end.min(of_far.end);
+            let rows = &self.rows[far.rows + both.start - of_far.start..];
+            self.disputes.add(nearer, both, rows);
+        }
+        disputed
     }
 }

@@ -20,14 +20,13 @@
 use wide::f64x8;
 
 use super::{
-    bits::set_bits,
     bounds::{
         B_BOUND, CLEAR_SHARE, COEFFICIENT_BOUND, CROSS_BOUND, D_BOUND, DEPTH_INFLATION, GREATEST,
-        LEAST_BOUND, LEAST_SHARE, PLANE_BOUND, STEADY_RATIO, SUM_OF_PARTS_BOUND, TANGENT_BOUND,
+        LEAST_BOUND, PLANE_BOUND, STEADY_RATIO, SUM_OF_PARTS_BOUND, TANGENT_BOUND,
     },
     grid::{EightSpheres, Grid, float_above, float_below, splat},
     kernels::{Middle, Steps, over_power},
-    sight::power_of_camera,
+    sight::powers_of_camera,
     tuning::Bounds,
 };
 use crate::spheres::LANES;
@@ -67,12 +66,66 @@ pub(super) struct Depths {
     top: f64x8,
     /// The upper bound of `|b - b00|`.
     b_linear: f64x8,
+    /// The sum of the magnitudes of the terms of `b`.
+    b_terms: f64x8,
+    /// `X` and `Y` where `p = q = 0`.
+    x0: f64x8,
+    y0: f64x8,
+    columns: f64x8,
+    rows: f64x8,
     /// Lanes whose polynomials are valid.
     known: f64x8,
     /// Lanes whose sphere is hit in no pixel of the rectangle.
     missed: f64x8,
     /// Lanes with `c > 0`.
     outside: f64x8,
+}
+
+/// [`Depths`] of one sphere.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SphereDepths {
+    /// Centre and radius.
+    pub(super) sphere: [f64; 4],
+    /// `|p| <= across`, `|q| <= down`.
+    pub(super) across: f64,
+    pub(super) down: f64,
+    /// The column and the row of the tile, and `X` and `Y`, in which `p = q = 0`.
+    pub(super) column: f64,
+    pub(super) row: f64,
+    pub(super) x0: f64,
+    pub(super) y0: f64,
+    /// `d00`, `d10`, `d01`, `d20`, `d11`, `d02`, and `b00`, `b10`, `b01`.
+    pub(super) d: [f64; 6],
+    pub(super) b: [f64; 3],
+    /// The error bound of `d` evaluated in floats.
+    pub(super) d_bound: f64,
+    /// The upper bound of `d`, its error included.
+    pub(super) d_upper: f64,
+    /// The sum of the magnitudes of the terms of `b`.
+    pub(super) b_terms: f64,
+    /// Whether the polynomials are valid.
+    pub(super) known: bool,
+    /// Whether `c > 0`.
+    pub(super) outside: bool,
+}
+
+impl SphereDepths {
+    /// The upper bound of the inverse depth.
+    pub(super) fn upper(&self) -> f64 {
+        self.b_terms + self.d_upper.sqrt()
+    }
+
+    /// With `d` and `b` of 0.
+    pub(super) fn without_depths(&self) -> Self {
+        Self {
+            d: [0.0; 6],
+            b: [0.0; 3],
+            d_bound: 0.0,
+            d_upper: 0.0,
+            b_terms: 0.0,
+            ..*self
+        }
+    }
 }
 
 /// The inverse depths of eight spheres in floats: with `p`, `q` as in [`Depths`],
@@ -170,16 +223,7 @@ impl Depths {
             .mul_add(two, h)
             .mul_add(h, splat(COEFFICIENT_BOUND) * squares);
 
-        // c with a relative error below 2^-32; where it nearly cancels, computed exactly.
-        let sure = k.simd_gt(splat(LEAST_SHARE) * yz).to_bitmask();
-        let mut c = x.mul_add(x, k);
-        if sure != 0xff {
-            let mut lanes = c.to_array();
-            for lane in set_bits(u64::from(!sure & 0xff)) {
-                lanes[lane] = power_of_camera(&spheres.sphere(lane));
-            }
-            c = f64x8::new(lanes);
-        }
+        let c = powers_of_camera(spheres, yz, k);
         let [scale, squared_scale] = over_power(splat(grid.scale), c);
         let [d00, d10, d01, d20, d11, d02] = coefficients.map(|value| value * squared_scale);
         let [b00, b10, b01] = planes.map(|value| value * scale);
@@ -227,9 +271,57 @@ impl Depths {
             bound,
             top,
             b_linear,
+            b_terms,
+            x0,
+            y0,
+            columns: rectangles.columns,
+            rows: rectangles.rows,
             known: (outside | inside) & finite,
             missed,
             outside,
+        }
+    }
+}
+
+impl Depths {
+    /// The depths of the sphere in a lane, in a tile that begins at a column and a row.
+    #[inline]
+    pub(super) fn of_sphere(
+        &self,
+        lane: usize,
+        spheres: &EightSpheres,
+        (column, row): (u32, u32),
+        bounds: Bounds,
+    ) -> SphereDepths {
+        let of = |lanes: &f64x8| lanes.as_array()[lane];
+        let is = |mask: &f64x8| of(mask).to_bits() != 0;
+        let &Self {
+            d00,
+            d10,
+            d01,
+            d20,
+            d11,
+            d02,
+            b00,
+            b10,
+            b01,
+            ..
+        } = self;
+        SphereDepths {
+            sphere: [&spheres.x, &spheres.y, &spheres.z, &spheres.r].map(of),
+            across: of(&self.across),
+            down: of(&self.down),
+            column: of(&self.columns) - f64::from(column),
+            row: of(&self.rows) - f64::from(row),
+            x0: of(&self.x0),
+            y0: of(&self.y0),
+            d: [d00, d10, d01, d20, d11, d02].map(|lanes| of(&lanes)),
+            b: [b00, b10, b01].map(|lanes| of(&lanes)),
+            d_bound: of(&self.d_bound),
+            d_upper: of(&self.top),
+            b_terms: of(&self.b_terms),
+            known: is(&self.known) && bounds != Bounds::Refused,
+            outside: is(&self.outside),
         }
     }
 }

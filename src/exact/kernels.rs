@@ -248,6 +248,32 @@ impl<N: Number> Middle<N> {
     }
 }
 
+/// The terms of `c' - c` of two spheres, and their sum.
+#[inline(always)]
+pub(super) fn power_difference<N: Number>(sphere: [N; 4], other: [N; 4]) -> ([N; 4], N) {
+    let square = |at: usize| (other[at] - sphere[at]) * (other[at] + sphere[at]);
+    let [x, y, z, r] = [square(0), square(1), square(2), -square(3)];
+    ([x, y, z, r], x + y + z + r)
+}
+
+/// `l` around the middle of a rectangle: `scale (other - tested).V - b`.
+#[inline(always)]
+pub(super) fn radical_plane<N: Number>(
+    tested: [N; 4],
+    other: [N; 4],
+    scale: N,
+    [x0, y0, dx, dy]: [N; 4],
+    [b00, b10, b01]: [N; 3],
+) -> [N; 3] {
+    let along = |axis: usize| (other[axis] - tested[axis]) * scale;
+    let [x, y, z] = [along(0), along(1), along(2)];
+    [
+        x.times_plus(x0, y.times_plus(y0, z)) - b00,
+        x.times_minus(dx, b10),
+        y.times_minus(dy, b01),
+    ]
+}
+
 /// The scale of inverse depths over `c`, and its square.
 #[inline(always)]
 pub(super) fn over_power<N: Number>(scale: N, c: N) -> [N; 2] {

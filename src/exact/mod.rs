@@ -16,6 +16,7 @@
 //! | | `prepared` | all that is known before the first pixel |
 //! | | `outline` | the columns a sphere covers in eight rows, as masks |
 //! | | `depths` | inverse depths in a rectangle, as polynomials with an error bound |
+//! | | `radical` | which of two spheres is nearer, pixel by pixel |
 //! | tile of few spheres | `coverage` | masks from far to near; contested pixels |
 //! | | `packet` | eight pixels against a sphere, each inverse depth an interval |
 //! | tile of many spheres | `crowd` | packets for every pixel, nearest first where that pays |
@@ -48,6 +49,7 @@ mod packet;
 mod paint;
 mod pool;
 mod prepared;
+mod radical;
 mod real;
 mod rows;
 mod sight;

@@ -23,7 +23,6 @@ use wide::{f32x8, f64x8, i32x8, u64x8};
 
 use super::{
     bins::Record,
-    bits::set_bits,
     bounds::{
         COEFFICIENT_BOUND, CROSS_BOUND, FACTOR_BOUND, FACTOR_ERRORS_OF_K, GREATEST_SLACK, K_BOUND,
         K_SQUARES_BOUND, LEAST_BOUND, LEAST_SHARE, LEAST_SIDES, MIDDLE_BOUND, ROW_BOUND,
@@ -31,7 +30,7 @@ use super::{
     },
     grid::{EightSpheres, Grid, float_below, splat},
     kernels::{MiddleRow, farthest, quadratic, row_factor, row_middle},
-    sight::power_of_camera,
+    sight::powers_of_camera,
     tuning::Bounds,
 };
 use crate::spheres::LANES;
@@ -130,14 +129,7 @@ impl Outline {
         let k = yz - squared_radius;
         let share = splat(LEAST_SHARE) * yz;
         let (positive, negative) = (k.simd_gt(share), k.simd_lt(-share));
-        let mut c = x.mul_add(x, k);
-        if positive.to_bitmask() != 0xff {
-            let mut lanes = c.to_array();
-            for lane in set_bits(u64::from(!positive.to_bitmask() & 0xff)) {
-                lanes[lane] = power_of_camera(&spheres.sphere(lane));
-            }
-            c = f64x8::new(lanes);
-        }
+        let c = powers_of_camera(spheres, yz, k);
         let [h, factor] = row_factor(splat(grid.x_axis.scale), c, k);
         let middle_row = MiddleRow { y, z, r, y0, dy };
         let [n0, n1] = middle_row.normal();

@@ -16,8 +16,12 @@
 use wide::f64x8;
 
 use super::{
-    bounds::{SIGHT_CROSS, SIGHT_DOT, SIGHT_QUOTIENT, SIGHT_SQUARED_CROSS, SIGHT_SQUARED_RADIUS},
-    grid::splat,
+    bits::set_bits,
+    bounds::{
+        LEAST_SHARE, SIGHT_CROSS, SIGHT_DOT, SIGHT_QUOTIENT, SIGHT_SQUARED_CROSS,
+        SIGHT_SQUARED_RADIUS,
+    },
+    grid::{EightSpheres, splat},
     kernels::Number,
     real::Real,
 };
@@ -190,6 +194,23 @@ impl<N: Real> Sights<N> {
 pub(super) fn power_of_camera(sphere: &Sphere) -> f64 {
     let [x, y, z] = sphere.centre;
     power([x, y, z, sphere.radius]).0
+}
+
+/// [`power_of_camera`] of eight spheres, whose `yz = Cy^2 + Cz^2` and `k = yz - r^2` are given. Where
+/// enough of `k` is left, `Cx^2 + k` is a sum of positive terms; its relative error is below
+/// `2^-32`.
+#[inline]
+pub(super) fn powers_of_camera(spheres: &EightSpheres, yz: f64x8, k: f64x8) -> f64x8 {
+    let sure = k.simd_gt(splat(LEAST_SHARE) * yz).to_bitmask();
+    let powers = spheres.x.mul_add(spheres.x, k);
+    if sure == 0xff {
+        return powers;
+    }
+    let mut lanes = powers.to_array();
+    for lane in set_bits(u64::from(!sure & 0xff)) {
+        lanes[lane] = power_of_camera(&spheres.sphere(lane));
+    }
+    f64x8::new(lanes)
 }
 
 /// `c` as a double and its rounding error, which together have twice the digits.

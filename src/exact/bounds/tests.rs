@@ -27,7 +27,8 @@ use crate::{
         grid::SIDE,
         kernels::{
             Middle, MiddleRow, Number, Steps, before, farthest, in_column, in_row, nearest_beside,
-            over_power, quadratic, row_factor, row_middle, touching, touching_beside,
+            over_power, power_difference, quadratic, radical_plane, row_factor, row_middle,
+            touching, touching_beside,
         },
         sight::{Rays, Sights, Targets},
     },
@@ -53,6 +54,14 @@ fn assert_counted(name: &str, constant: f64, unit: f64, derived: u32, slack: u32
         "{name} is {units} units; {derived} roundings need {least}, and {most} is enough"
     );
     assert!(units / 2.0 < least, "half of {name} would pass");
+}
+
+fn assert_least(name: &str, constant: f64, derived: f64) {
+    assert!(
+        derived <= constant,
+        "{name} is {constant:e}, {derived:e} is needed"
+    );
+    assert!(constant / 2.0 < derived, "half of {name} would pass");
 }
 
 #[test]
@@ -232,6 +241,38 @@ fn planes_of_depths() {
     let [scale, _] = over_power(Traced::constant(1.0), Traced::rounded("c", 0));
     let derived = greatest(&[middle().dot() * scale], &[]);
     assert_counted("PLANE_BOUND", PLANE_BOUND, U, derived, 0);
+}
+
+/// Of spheres that are not equal.
+#[test]
+fn radical_planes() {
+    let [tested, other] = [["x", "y", "z", "r"], ["x'", "y'", "z'", "r'"]];
+    let [tested, other] = [tested, other].map(|names| names.map(Traced::float));
+    let (_, difference) = power_difference(tested, other);
+    let of_power = f64::from(greatest(&[difference], &[]) + 1) * U;
+    assert_least("POWER_BOUND", POWER_BOUND, LEAST_SHARE + of_power);
+
+    let b = ["b00", "b10", "b01"].map(|name| Traced::rounded(name, 0));
+    let ray = [("X", 3), ("Y", 3), ("dX", 2), ("dY", 2)];
+    let ray = ray.map(|(name, roundings)| Traced::rounded(name, roundings));
+    let power = Traced::rounded("c' - c", 0);
+    let plane = radical_plane(tested, other, Traced::constant(2.0) / power, ray, b);
+    // `b` has its roundings already, and is wrong by what `c` is.
+    let roundings = f64::from(greatest(&plane, &[]).max(9) + 1) * U;
+    let derived = of_power / LEAST_SHARE + 2_f64.powi(-32) + roundings;
+    assert_least("PLANE_TERMS_BOUND", PLANE_TERMS_BOUND, derived);
+
+    let d = ["d00", "d10", "d01", "d20", "d11", "d02"].map(|name| Traced::rounded(name, 1));
+    let l = ["l00", "l10", "l01"].map(|name| Traced::rounded(name, 1));
+    let (d, l) = in_column(d, l, Traced::rounded("p", 0));
+    let [d, l] = in_row(d, l, Traced::rounded("q", 0));
+    let derived = greatest(&[l], &[]);
+    assert_counted("PLANE_SIDE_BOUND", PLANE_SIDE_BOUND, U32, derived, 1);
+    let side = d - l * l;
+    let derived = greatest(&[side], &[(d, "d", 0), (l, "l", 0)]);
+    assert_counted("SIDE_BOUND", SIDE_BOUND, U32, derived, 0);
+    // The difference is the last rounding of `d`.
+    assert!(f64::from(greatest(&[d - Traced::rounded("l l", 0)], &[]) + 1) <= D_BOUND / U32);
 }
 
 #[test]

@@ -1,0 +1,269 @@
+//! Which of two spheres is nearer, pixel by pixel, from the plane in which both have the same
+//! power: their radical plane.
+//!
+//! On one side of the plane the power of the first sphere is less, so what is inside the second
+//! sphere is inside the first one too, and the other way round on the other side. So for a ray that
+//! hits both it is enough to know on which side one of the hits is (theorem 10). A ray meets the
+//! plane at
+//!
+//! ```text
+//! 1/z = 2 (C' - C).V/(c' - c)
+//! ```
+//!
+//! if `C`, `c` are those of the tested sphere and `C'`, `c'` those of the other one. With `d`, `b` of
+//! [`depths`](super::depths) for the tested sphere, that is nearer where
+//!
+//! ```text
+//! d - l |l| > 0       l = 2 (C' - C).V/(c' - c) - b
+//! ```
+
+use wide::f32x8;
+
+use super::{
+    bins::Record,
+    bounds::{
+        LEAST_BOUND, LEAST_SHARE, PLANE_SIDE_BOUND, PLANE_TERMS_BOUND, POWER_BOUND, SIDE_BOUND,
+    },
+    depths::SphereDepths,
+    grid::{Grid, SIDE, float_above},
+    kernels::{in_column, in_row, power_difference, radical_plane},
+    tuning::Bounds,
+};
+use crate::spheres::LANES;
+
+#[cfg(test)]
+mod tests;
+
+/// Some pixels of a tile: first and last columns and rows.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Region {
+    pub(super) left: usize,
+    pub(super) right: usize,
+    pub(super) top: usize,
+    pub(super) bottom: usize,
+}
+
+impl Region {
+    /// The pixels that the boxes of two records have in common.
+    pub(super) fn of(a: &Record, b: &Record) -> Option<Self> {
+        let region = Self {
+            left: a.left.max(b.left).into(),
+            right: a.right.min(b.right).into(),
+            top: a.top.max(b.top).into(),
+            bottom: a.bottom.min(b.bottom).into(),
+        };
+        (region.left <= region.right && region.top <= region.bottom).then_some(region)
+    }
+}
+
+/// Which of two spheres is nearer in the pixels of a region in which both are hit.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Nearer {
+    First,
+    Second,
+    Varies(Seam),
+    Unknown,
+}
+
+/// `d` and `l` in floats: where two spheres change places.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seam {
+    /// Whether the first sphere is the tested one.
+    tests_first: bool,
+    region: Region,
+    d: [f32; 6],
+    l: [f32; 3],
+    /// The column and the row of the tile in which `p = q = 0`.
+    column: f32,
+    row: f32,
+    /// The error bound of `d - l |l|`.
+    bound: f32,
+}
+
+/// Columns of each row in which the first sphere is certainly nearer, and the second one, if both
+/// are hit.
+#[derive(Debug)]
+pub(super) struct NearerColumns {
+    pub(super) first: [u64; SIDE],
+    pub(super) second: [u64; SIDE],
+}
+
+impl Default for NearerColumns {
+    fn default() -> Self {
+        Self {
+            first: [0; SIDE],
+            second: [0; SIDE],
+        }
+    }
+}
+
+/// Compares two spheres in a region that lies within the boxes of both.
+pub(super) fn compare(
+    grid: &Grid,
+    bounds: Bounds,
+    region: Region,
+    first: &SphereDepths,
+    second: &SphereDepths,
+) -> Nearer {
+    if !(first.known && second.known) {
+        return Nearer::Unknown;
+    }
+    let (terms, difference) = power_difference(first.sphere, second.sphere);
+    let terms: f64 = terms.iter().map(|term| term.abs()).sum();
+    // The signs of the powers are exact; that of their difference need not be.
+    let first_is_less = if first.outside == second.outside {
+        difference > 0.0
+    } else {
+        second.outside
+    };
+    let both_outside = first.outside && second.outside;
+    let tests_first = first_is_less == both_outside;
+    let (tested, other, power) = if tests_first {
+        (first, second, difference)
+    } else {
+        (second, first, -difference)
+    };
+    let in_camera_plane;
+    let mut side = if power.abs() > LEAST_SHARE * terms {
+        Side::new(grid, tested, other.sphere, power, 0.0)
+    } else {
+        // The plane nearly contains the camera, so the ray's direction decides.
+        in_camera_plane = tested.without_depths();
+        let scale = if both_outside {
+            grid.scale
+        } else {
+            -grid.scale
+        };
+        let greatest = tested.upper().max(other.upper());
+        let power_bound = POWER_BOUND * terms / grid.scale;
+        Side::new(
+            grid,
+            &in_camera_plane,
+            other.sphere,
+            scale,
+            power_bound * greatest,
+        )
+    };
+    if bounds == Bounds::Ignored {
+        (side.l_bound, side.bound) = (0.0, 0.0);
+    }
+    side.nearer(region, tests_first)
+}
+
+/// On which side of the radical plane the tested sphere is hit: `d` and `l` in doubles.
+struct Side<'a> {
+    depths: &'a SphereDepths,
+    l: [f64; 3],
+    /// The error bound of `l` evaluated in floats.
+    l_bound: f64,
+    /// The error bound of `d - l |l|` evaluated in floats.
+    bound: f64,
+}
+
+impl<'a> Side<'a> {
+    /// `power` is `c' - c`; `l` may be wrong by `more` than by its roundings.
+    fn new(grid: &Grid, depths: &'a SphereDepths, other: [f64; 4], power: f64, more: f64) -> Self {
+        let (dx, dy) = (grid.x_axis.step, -grid.y_axis.step);
+        let &SphereDepths {
+            across,
+            down,
+            x0,
+            y0,
+            ..
+        } = depths;
+        let scale = 2.0 * grid.scale / power;
+        let l = radical_plane(depths.sphere, other, scale, [x0, y0, dx, dy], depths.b);
+        let apart = |axis: usize| (other[axis] - depths.sphere[axis]).abs();
+        let x_terms = apart(0) * (x0.abs() + across * dx.abs());
+        let y_terms = apart(1) * (y0.abs() + down * dy.abs());
+        let terms = scale.abs() * (x_terms + y_terms + apart(2)) + depths.b_terms;
+        let l_upper = l[0].abs() + across * l[1].abs() + down * l[2].abs();
+        let l_bound = PLANE_SIDE_BOUND * l_upper + PLANE_TERMS_BOUND * terms + LEAST_BOUND + more;
+        let l_upper = l_upper + l_bound;
+        let squares = 2.0 * l_bound + SIDE_BOUND * l_upper;
+        Self {
+            depths,
+            l,
+            l_bound,
+            bound: depths.d_bound + squares * l_upper + LEAST_BOUND,
+        }
+    }
+
+    /// Which sphere is nearer in a region, the tested one being the first or the second.
+    fn nearer(&self, region: Region, tests_first: bool) -> Nearer {
+        let Self {
+            depths,
+            l,
+            l_bound,
+            bound,
+        } = self;
+        let (tested, other) = if tests_first {
+            (Nearer::First, Nearer::Second)
+        } else {
+            (Nearer::Second, Nearer::First)
+        };
+        let half = |from: usize, to: usize, origin: f64| {
+            let (from, to) = (from as f64 - origin, to as f64 - origin);
+            [0.5 * (from + to), 0.5 * (to - from)]
+        };
+        let [p, across] = half(region.left, region.right, depths.column);
+        let [q, down] = half(region.top, region.bottom, depths.row);
+        let middle = l[0] + l[1] * p + l[2] * q;
+        let span = (l[1] * across).abs() + (l[2] * down).abs() + 2.0 * l_bound;
+        let lower = middle - span;
+        if middle + span < 0.0 {
+            return tested;
+        }
+        if lower > 0.0 && lower * lower > depths.d_upper {
+            return other;
+        }
+        let float = |value: f64| value as f32;
+        Nearer::Varies(Seam {
+            tests_first,
+            region,
+            d: depths.d.map(float),
+            l: l.map(float),
+            column: float(depths.column),
+            row: float(depths.row),
+            bound: float_above(*bound),
+        })
+    }
+}
+
+impl Seam {
+    /// The columns of the region in which either sphere is nearer; none in other rows of its
+    /// groups of eight.
+    #[inline]
+    pub(super) fn columns(&self, nearer: &mut NearerColumns) {
+        let Region {
+            left,
+            right,
+            top,
+            bottom,
+        } = self.region;
+        let octets = top / LANES * LANES..(bottom / LANES + 1) * LANES;
+        nearer.first[octets.clone()].fill(0);
+        nearer.second[octets].fill(0);
+        let [first, second] = if self.tests_first {
+            [&mut nearer.first, &mut nearer.second]
+        } else {
+            [&mut nearer.second, &mut nearer.first]
+        };
+        let (first, second) = (&mut first[top..bottom + 1], &mut second[top..bottom + 1]);
+        let bound = f32x8::splat(self.bound);
+        for column in (left..right + 1).step_by(LANES) {
+            let p = f32x8::new(STEPS) + f32x8::splat(column as f32 - self.column);
+            let (d, l) = in_column(self.d.map(f32x8::splat), self.l.map(f32x8::splat), p);
+            let mut q = f32x8::splat(top as f32 - self.row);
+            for (first, second) in first.iter_mut().zip(&mut *second) {
+                let [d, l] = in_row(d, l, q);
+                let side = d - l * l.abs();
+                *first |= u64::from(side.simd_gt(bound).to_bitmask()) << column;
+                *second |= u64::from(side.simd_lt(-bound).to_bitmask()) << column;
+                q += f32x8::splat(1.0);
+            }
+        }
+    }
+}
+
+const STEPS: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
