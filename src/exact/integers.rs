@@ -3,6 +3,9 @@
 //! Floats are dyadic rationals, and so is `V` times `2(W-1)(H-1)`. So `A`, `B`, `c` and `D` are
 //! sums and products of dyadics, which are exact without rounding or
 //! division. (Theorem 7 of the [`proof`](super::proof).)
+//!
+//! This and the [`reference`](mod@crate::reference) are tests of each other, so they share no code, not
+//! even to take a float apart. The tests of all other stages compare with this module.
 
 use std::cmp::Ordering;
 
@@ -10,7 +13,7 @@ use dashu::float::FBig;
 
 use crate::{camera::Camera, spheres::Sphere};
 
-type Dyadic = FBig;
+pub(super) type Dyadic = FBig;
 
 /// An exact inverse depth `(p + sqrt d)/q`, with `q > 0` and `d >= 0`.
 #[derive(Clone, Debug)]
@@ -28,6 +31,14 @@ pub(super) struct Ray {
     a: Dyadic,
 }
 
+/// What a ray has to do with a sphere: `B = C.V`, `c = C.C - r^2`, `D = B^2 - A c`.
+#[derive(Clone, Debug)]
+pub(super) struct Terms {
+    pub(super) b: Dyadic,
+    pub(super) c: Dyadic,
+    pub(super) d: Dyadic,
+}
+
 impl Ray {
     pub(super) fn new(camera: &Camera, column: u32, row: u32) -> Self {
         let viewport = camera.viewport();
@@ -38,31 +49,33 @@ impl Ray {
             dyadic(viewport.height) * whole(y) * whole(x_unit),
             dyadic(viewport.distance) * whole(x_unit) * whole(y_unit),
         ];
+        Self::along(v)
+    }
+
+    /// The ray `t v`, `t > 0`.
+    pub(super) fn along(v: [Dyadic; 3]) -> Self {
         let a = dot(&v, &v);
         Self { v, a }
     }
 
-    /// The inverse depth at which the ray meets the visible surface of the sphere, if it does.
-    pub(super) fn meet(&self, sphere: &Sphere) -> Option<InverseDepth> {
+    pub(super) fn terms(&self, sphere: &Sphere) -> Terms {
         let centre = sphere.centre.map(dyadic);
         let radius = dyadic(sphere.radius);
         let b = dot(&centre, &self.v);
         let c = dot(&centre, &centre) - &radius * &radius;
+        let d = &b * &b - &self.a * &c;
+        Terms { b, c, d }
+    }
+
+    /// The inverse depth at which the ray meets the visible surface of the sphere, if it does.
+    pub(super) fn meet(&self, sphere: &Sphere) -> Option<InverseDepth> {
+        let Terms { b, c, d } = self.terms(sphere);
         let zero = Dyadic::ZERO;
         match c.cmp(&zero) {
             // s = (B + sqrt D)/c
-            Ordering::Greater => {
-                if b <= zero {
-                    return None;
-                }
-                let d = &b * &b - &self.a * &c;
-                (d >= zero).then_some(InverseDepth { p: b, d, q: c })
-            }
+            Ordering::Greater => (b > zero && d >= zero).then_some(InverseDepth { p: b, d, q: c }),
             // s = A/(B + sqrt D) = (-B + sqrt D)/-c
-            Ordering::Less => {
-                let d = &b * &b - &self.a * &c;
-                Some(InverseDepth { p: -b, d, q: -c })
-            }
+            Ordering::Less => Some(InverseDepth { p: -b, d, q: -c }),
             // s = A/(2B)
             Ordering::Equal => (b > zero).then(|| InverseDepth {
                 p: self.a.clone(),
@@ -74,6 +87,13 @@ impl Ray {
 }
 
 impl InverseDepth {
+    /// `p/q`, `q > 0`
+    #[cfg(test)]
+    pub(super) fn ratio(p: Dyadic, q: Dyadic) -> Self {
+        let d = Dyadic::ZERO;
+        Self { p, d, q }
+    }
+
     /// Compares two inverse depths; the greater one is nearer to the camera.
     ///
     /// `(p1 + sqrt d1)/q1 - (p2 + sqrt d2)/q2`, times `q1 q2 > 0`, is

@@ -3,16 +3,23 @@
 //!
 //! Columns and rows may be any doubles here: what holds for every real point of a
 //! picture holds for its pixels, and can be asked right beside an edge.
+//!
+//! What is true is what the engine's last stage says, [`integers`](super::integers). That is tested
+//! against the [`reference`](mod@crate::reference), which shares no code with it, and the reference
+//! against `tests/oracle.py`.
 
-use dashu::float::FBig;
+use std::cmp::Ordering;
+
 use wide::f64x8;
 
+pub(super) use super::integers::Dyadic;
 use super::{
     bins::Record,
     boxes::Boxes,
     coverage::Tile,
     depths::Rectangles,
     grid::{EightSpheres, Grid, SIDE},
+    integers::{InverseDepth, Ray, Terms},
 };
 pub(super) use crate::random::Random;
 use crate::{
@@ -21,15 +28,14 @@ use crate::{
     spheres::{LANES, Sphere},
 };
 
-pub(super) type Dyadic = FBig;
-
 /// A finite double as it stands, at unlimited precision.
 pub(super) fn dyadic(value: f64) -> Dyadic {
     let exact = Dyadic::try_from(value).expect("a finite double");
     exact.with_precision(0).value()
 }
 
-/// What a ray has to do with a sphere, exactly; `V` is scaled so that it is dyadic.
+/// What a ray has to do with a sphere, exactly, by [`integers`](super::integers); `V` is scaled so
+/// that it is dyadic.
 #[derive(Clone, Debug)]
 pub(super) struct Truth {
     /// `B = C.V`
@@ -38,9 +44,10 @@ pub(super) struct Truth {
     pub(super) c: Dyadic,
     /// `D = B^2 - A c`
     pub(super) d: Dyadic,
-    a: Dyadic,
     /// The z of `V`.
     pub(super) z: Dyadic,
+    /// In units of `V`, so that `1/z` is this over the z of `V`.
+    hit: Option<InverseDepth>,
 }
 
 impl Truth {
@@ -59,48 +66,32 @@ impl Truth {
         let (x, x_unit) = along(size.width(), viewport.width, column, 1.0);
         let (y, y_unit) = along(size.height(), viewport.height, row, -1.0);
         let z = dyadic(f64::from(viewport.distance)) * &x_unit * &y_unit;
-        let v = [x * y_unit, y * x_unit, z];
-        let centre = sphere.centre.map(|length| dyadic(f64::from(length)));
-        let radius = dyadic(f64::from(sphere.radius));
-        let dot = |p: &[Dyadic; 3], q: &[Dyadic; 3]| &p[0] * &q[0] + &p[1] * &q[1] + &p[2] * &q[2];
-        let a = dot(&v, &v);
-        let b = dot(&centre, &v);
-        let c = dot(&centre, &centre) - &radius * &radius;
-        let d = &b * &b - &a * &c;
-        let [.., z] = v;
-        Self { b, c, d, a, z }
+        let ray = Ray::along([x * y_unit, y * x_unit, z.clone()]);
+        let Terms { b, c, d } = ray.terms(sphere);
+        let hit = ray.meet(sphere);
+        Self { b, c, d, z, hit }
     }
 
     pub(super) fn hit(&self) -> bool {
-        let zero = Dyadic::ZERO;
-        self.c < zero || self.b > zero && (self.c == zero || self.d >= zero)
+        self.hit.is_some()
     }
 
-    /// `(p, d, q)` with `1/z = (p + sqrt d)/q` of the hit, `q > 0`.
-    fn inverse_depth(&self) -> (Dyadic, Dyadic, Dyadic) {
-        let zero = Dyadic::ZERO;
-        if self.c == zero {
-            (self.a.clone(), zero, dyadic(2.0) * &self.b * &self.z)
-        } else if self.c > zero {
-            (self.b.clone(), self.d.clone(), &self.c * &self.z)
-        } else {
-            (-&self.b, self.d.clone(), -&self.c * &self.z)
-        }
+    /// How `1/z` of the hit, times `scale`, compares with a bound.
+    fn compared(&self, bound: &Dyadic, scale: f64) -> Option<Ordering> {
+        let bound = InverseDepth::ratio(bound * &self.z, dyadic(scale));
+        self.hit.as_ref().map(|hit| hit.cmp(&bound))
     }
 
-    /// Whether `1/z` of the hit, times `scale`, is at most `bound`.
+    /// Whether there is a hit, and its `1/z`, times `scale`, is at most `bound`.
     pub(super) fn at_most(&self, bound: f64, scale: f64) -> bool {
         bound == f64::INFINITY || self.at_most_dyadic(&dyadic(bound), scale)
     }
 
     pub(super) fn at_most_dyadic(&self, bound: &Dyadic, scale: f64) -> bool {
-        let (p, d, q) = self.inverse_depth();
-        let scale = dyadic(scale);
-        let rest = bound * q - p * &scale;
-        rest >= Dyadic::ZERO && d * &scale * scale <= &rest * &rest
+        self.compared(bound, scale).is_some_and(Ordering::is_le)
     }
 
-    /// Whether `1/z` of the hit, times `scale`, is at least `bound`.
+    /// Whether there is a hit, and its `1/z`, times `scale`, is at least `bound`.
     pub(super) fn at_least(&self, bound: f64, scale: f64) -> bool {
         if bound == f64::NEG_INFINITY {
             return true;
@@ -115,10 +106,7 @@ impl Truth {
     }
 
     pub(super) fn at_least_dyadic(&self, bound: &Dyadic, scale: f64) -> bool {
-        let (p, d, q) = self.inverse_depth();
-        let scale = dyadic(scale);
-        let rest = bound * q - p * &scale;
-        rest <= Dyadic::ZERO || d * &scale * scale >= &rest * &rest
+        self.compared(bound, scale).is_some_and(Ordering::is_ge)
     }
 }
 
