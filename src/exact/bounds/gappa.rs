@@ -228,8 +228,8 @@ const LENGTHS: [(&str, i32, i32); 4] = [
 ];
 const RAY: [(&str, i32, i32); 2] = [("x", -182, 128), ("y", -182, 128)];
 const GRID: [(&str, i32, i32); 4] = [
-    ("X", -310, 277),
-    ("Y", -310, 277),
+    ("X", -310, 283),
+    ("Y", -310, 283),
     ("dY", -309, 277),
     ("scale", -277, 309),
 ];
@@ -257,7 +257,7 @@ const FORMULAS: [(&str, Formula, bool); 17] = [
     ("k", k_of_outlines, true),
     ("box-before", box_before, true),
     ("box-beside-ahead", box_beside_ahead, true),
-    ("outline-lower", outline_lower, false),
+    ("outline-lower", outline_lower, true),
     ("float-above", above_in_floats, true),
     ("double-double-product", double_double_product, false),
 ];
@@ -560,9 +560,11 @@ fn outline_lower(fused: bool, share: f64) -> String {
     script.prove(&within(&pair, (-31.0_f64).exp2() * share))
 }
 
-/// [`float_above`](crate::exact::grid::float_above) is above, of normal floats.
+/// [`float_above`](crate::exact::grid::float_above) is above, of normal floats that are known within
+/// 98 roundings of doubles and what `c` of an outline is wrong by.
 fn above_in_floats(_fused: bool, share: f64) -> String {
     let up = exactly(1.0 + TO_FLOAT * share);
+    let known = exactly((-31.0_f64).exp2() + 100.0 * U);
     format!(
         "@double = float<ieee_64, ne>;\n@single = float<ieee_32, ne>;\n\
          up = {up};\n\
@@ -570,7 +572,8 @@ fn above_in_floats(_fused: bool, share: f64) -> String {
          sum = once + 1b-149;\n\
          above = double(sum);\n\
          result = single(above);\n\
-         {{ value in [1b-126, 1b127] -> (result - value) / value >= 0 }}\n\
+         {{ value in [1b-126, 1b127] /\\ value -/ exact in [-{known}, {known}] -> (result - exact) / exact >= 0 }}\n\
+         (result - exact) / exact -> ((result - value) / value) * (1 + (value - exact) / exact) + (value - exact) / exact {{ value <> 0, exact <> 0 }};\n\
          (result - value) / value -> ((result - above) / above) * (above / value) + (above - value) / value {{ above <> 0, value <> 0 }};\n\
          above / value -> 1 + (above - value) / value {{ value <> 0 }};\n\
          (above - value) / value -> (above - sum) / value + (once - value * up) / value + (up - 1) + 1b-149 / value {{ value <> 0 }};\n\
