@@ -18,10 +18,8 @@ fn camera([width, height, distance]: [f32; 3], side: u32) -> [Camera; 2] {
         height,
         distance,
     };
-    [(side, 1), (1, side)].map(|(columns, rows)| {
-        let size = ImageSize::new(columns, rows).expect("a size with pixels");
-        Camera::new(viewport, size)
-    })
+    [(side, 1), (1, side)]
+        .map(|(columns, rows)| Camera::new(viewport, ImageSize::of_sides(columns, rows)))
 }
 
 /// Some indices of a side: both ends, the middle, and others.

@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn the_last_possible_row_is_in_a_group() {
-        let size = size(1, u32::MAX);
+        let size = ImageSize::of_sides(1, u32::MAX);
         let last = groups(size, u32::MAX - 5..u32::MAX, 6).last();
         assert_eq!(last.map(|group| group.end), Some(u32::MAX));
         assert_eq!(

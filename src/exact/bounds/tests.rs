@@ -353,7 +353,7 @@ pub(super) fn sights_of(sphere: [f32; 4]) -> Sights<Traced> {
         height: 1.3,
         distance: 0.9,
     };
-    let size = ImageSize::new(2_000_000_011, 1_000_000_007).expect("a size");
+    let size = ImageSize::of_sides(2_000_000_011, 1_000_000_007);
     let camera = Camera::new(viewport, size);
     let rays = Rays::<Traced>::of_pixel(&camera, 1_234_567_890, 321_987_654);
     Sights::new(&rays, &Targets::of(std::iter::once(sphere)))

@@ -23,7 +23,7 @@ fn meets_plane(trial: &Trial, axis: usize, at: f64) -> bool {
         sphere.centre[0] = 0.0;
         (1, size.height())
     };
-    let size = ImageSize::new(sides.0, sides.1).expect("a size");
+    let size = ImageSize::of_sides(sides.0, sides.1);
     let camera = Camera::new(trial.camera.viewport(), size);
     let (column, row) = if axis == 0 { (at, 0.0) } else { (0.0, at) };
     Truth::new(&camera, &sphere, column, row).hit()

@@ -84,7 +84,7 @@ fn fine_camera(random: &mut Random) -> Camera {
         height: narrow,
         distance: random.between(0.5, 2.0) as f32,
     };
-    Camera::new(viewport, ImageSize::new(side, side).expect("a size"))
+    Camera::new(viewport, ImageSize::of_sides(side, side))
 }
 
 /// Spheres that meet, or one that is touched, in the middle of the view as well as floats can

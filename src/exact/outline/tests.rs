@@ -433,7 +433,7 @@ fn ends_are_known_up_to_a_quarter_of_a_pixel() {
             height: 1.0,
             distance: 1.0,
         };
-        let size = ImageSize::new(width, width).expect("a size");
+        let size = ImageSize::of_sides(width, width);
         trial.camera = Camera::new(viewport, size);
         (trial.column, trial.row) = (width / 2, width / 2);
         let grid = Grid::new(trial.camera);
