@@ -127,7 +127,7 @@ make_debian() {
         say "making a Debian $SUITE in $debian"
         quietly interruptibly debootstrap --variant=minbase --include=ca-certificates "$SUITE" "$debian" "$MIRROR"
         # A mirror may be older than its promise.
-        printf '%s\n' 'Acquire::Check-Valid-Until "false";' 'APT::Install-Recommends "false";' \
+        printf '%s\n' 'Acquire::Check-Valid-Until "false";' 'APT::Install-Recommends "false";' 'Acquire::Languages "none";' \
             >"$debian/etc/apt/apt.conf.d/99everywhere"
         touch "$debian/made"
     fi
