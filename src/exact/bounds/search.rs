@@ -359,6 +359,21 @@ formula!(BoxEnd, "BOX_BOUND", BOX_BOUND, 0.12,
     of => box_end(of),
     of[1].simd_gt(of[2]).select(box_end(of), f64x8::splat(f64::NAN)));
 
+formula!(BoxEndInFloats, "FLOAT_BOX_BOUND", FLOAT_BOX_BOUND, 0.12,
+    [WIDTH, WIDTH, WIDTH, WIDTH, WIDTH, SIDE],
+    of => box_end(of),
+    of[1].simd_gt(of[2]).select(box_end(of), f64x8::splat(f64::NAN)));
+
+fn nearest_before<N: Number>(of: &[N]) -> N {
+    let [_, far, _, inverse] = before(of[0], of[1]);
+    far * inverse
+}
+
+formula!(UpperInFloats, "FLOAT_UPPER_BOUND", FLOAT_UPPER_BOUND, 0.2,
+    [WIDTH, WIDTH],
+    of => nearest_before(of),
+    of[0].simd_gt(of[1]).select(nearest_before(of), f64x8::splat(f64::NAN)));
+
 fn box_beside<N: Number>(of: &[N]) -> N {
     let w = of[0] * of[0] + (of[1] - of[2]) * (of[1] + of[2]);
     touching_beside([of[0], of[1], of[2]], w)[0] * pixels_per_unit(&of[3..6])
@@ -560,6 +575,8 @@ fn search(begins: u64, steps: u64) -> Vec<(&'static str, f64, f64)> {
         found::<MiddleOfRow>(in_doubles::<MiddleOfRow>, effort),
         found::<Factor>(in_doubles::<Factor>, effort),
         found::<BoxEnd>(in_doubles::<BoxEnd>, effort),
+        found::<BoxEndInFloats>(in_floats::<BoxEndInFloats>, effort),
+        found::<UpperInFloats>(in_floats::<UpperInFloats>, effort),
         found::<BoxBeside>(in_doubles::<BoxBeside>, effort),
         found::<LittleLeft>(in_doubles::<LittleLeft>, effort),
         found::<SightCross>(in_doubles::<SightCross>, effort),
