@@ -14,7 +14,7 @@
 //! are integers from 0 to 255. A UTF-8 byte order mark at the very beginning is
 //! skipped.
 //!
-//! The way of a text through the modules:
+//! The modules:
 //!
 //! | module | what it does |
 //! | --- | --- |
@@ -26,7 +26,7 @@
 //! | `parser` | reads word by word; its `messages` say what is wrong |
 //! | `position` | lines and columns |
 //! | `reader` | all of these together |
-//! | `advice`, `comment`, `foreign` | how to mend a word, a comment, a file of another kind |
+//! | `advice`, `comment`, `foreign` | advice on a word, a comment, a file of another kind |
 //! | `excerpt`, `error` | the message |
 //! | `lines` | the lines on which spheres begin |
 
@@ -97,7 +97,7 @@ impl Viewport {
 
 /// A scene: one viewport, a background, spheres in file order.
 ///
-/// Displayed, it is its own text: reading that gives the same scene again.
+/// Displayed, it is the text of the scene; reading that text gives the same scene again.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     pub(crate) viewport: Viewport,

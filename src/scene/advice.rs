@@ -21,8 +21,8 @@ struct Mistake {
     find: fn(&str) -> Option<String>,
 }
 
-/// The first that a word has is the one that advice is given on: special mistakes stand
-/// before general ones. Each row has its test in `advice/tests.rs`.
+/// The advice is on the first mistake of this table that a word has, so special mistakes
+/// stand before general ones. Each row has its test in `advice/tests.rs`.
 const MISTAKES: [Mistake; 27] = [
     row(COMMENT_HELP, |text| {
         alone(is_foreign_comment(text.as_bytes()))
@@ -142,13 +142,13 @@ pub(super) fn for_number(word: &[u8]) -> Option<String> {
     })
 }
 
-/// A kind of bytes that stand nowhere in a scene but in comments.
+/// A kind of bytes that a scene may have only in comments.
 struct Foreign {
     help: &'static str,
     are_in: fn(&[u8]) -> bool,
 }
 
-/// The first that a word has is the one that is told. Each row has its test in
+/// The advice is on the first kind of this table that a word has. Each row has its test in
 /// `advice/tests.rs`.
 const FOREIGN_BYTES: [Foreign; 4] = [
     Foreign {
@@ -174,14 +174,14 @@ fn for_bytes(word: &[u8]) -> Option<&'static str> {
     found.map(|foreign| foreign.help)
 }
 
-/// What a word is that stands where a keyword must stand, or behind the last sphere.
+/// The kind of a word that stands in the place of a keyword or behind the last sphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum WordKind {
     /// The beginning of a comment in another language.
     ForeignComment,
     Number,
     Keyword,
-    /// Bytes that a scene has not, with what to do about them.
+    /// Bytes that a scene may have only in comments, with advice.
     NotText(&'static str),
     Other,
 }
@@ -205,13 +205,13 @@ fn is_foreign_comment(word: &[u8]) -> bool {
     word == b"--" || begins.iter().any(|begin| word.starts_with(begin))
 }
 
-/// Whether a word that begins with a keyword goes on with what was meant to be a number.
+/// Whether a keyword is followed, without a blank, by what was meant to be a number.
 pub(super) fn goes_on_with_number(rest: &[u8]) -> bool {
     rest.first()
         .is_some_and(|byte| byte.is_ascii_digit() || b"+-.*".contains(byte))
 }
 
-/// What to do about `1.#INF`, `-1.#IND` and `1.#QNAN` of Microsoft's C library. Only
+/// Advice on `1.#INF`, `-1.#IND` and `1.#QNAN` of Microsoft's C library. Only
 /// `word` of it is read, because `rest`, which follows, begins a comment.
 pub(super) fn for_not_finite(word: &[u8], rest: &[u8]) -> Option<String> {
     /// Of `1.#QNAN00` and the like.
@@ -245,7 +245,7 @@ fn is_number(text: &str) -> bool {
     number::parse(text).is_ok()
 }
 
-/// Whether a word has some of these characters and is a number with others for them.
+/// Whether a word has some of these characters, and is a number if they are replaced.
 fn is_number_with(text: &str, wrong: &[char], right: &str) -> bool {
     text.contains(wrong) && is_number(&text.replace(wrong, right))
 }

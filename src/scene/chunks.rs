@@ -15,7 +15,7 @@ use super::{
 };
 use crate::spheres::{Slots, Sphere, Spheres};
 
-/// What a text held that was read.
+/// What a text that was read contains.
 pub(super) struct Read {
     /// Spheres, those that were not kept included.
     pub(super) spheres: u32,
@@ -100,7 +100,7 @@ fn split(mut text: &[u8], size: usize) -> Vec<&[u8]> {
     chunks
 }
 
-/// What a chunk holds if it is well-formed.
+/// The counts of a chunk, right if it is well-formed.
 #[derive(Clone, Copy)]
 struct Counts {
     spheres: usize,
@@ -156,7 +156,7 @@ fn parse_chunk(
         if let Some((sphere, length)) = span.as_ref().and_then(ordinary_sphere) {
             keep(sphere);
             at += length;
-            if text[at] == COMMENT {
+            if text[at] != SPHERE_LETTER {
                 gap = Gap::default();
                 at = gap.skip(text, at);
             }
@@ -177,7 +177,7 @@ fn parse_chunk(
     })
 }
 
-/// The sphere that a span begins with, and where the word or comment after it begins. The
+/// The sphere that a span begins with, and where the blanks after it end, or the span. The
 /// sphere must be ordinary: blanks between its words, no exponents, few digits.
 #[inline(always)]
 fn ordinary_sphere(span: &Span<'_>) -> Option<(Sphere, usize)> {
@@ -195,12 +195,14 @@ fn ordinary_sphere(span: &Span<'_>) -> Option<(Sphere, usize)> {
         starts &= starts.wrapping_sub(1);
         word
     });
-    // If the next word begins within the span, all words before it end in it.
-    let next = starts.trailing_zeros() as usize;
-    if next >= SPAN {
+    let [x, y, z, radius, red, green, blue] = words;
+    // If the last word ends within the span, so do those before it.
+    let (_, end) = blue;
+    if end >= SPAN {
         return None;
     }
-    let [x, y, z, radius, red, green, blue] = words;
+    // If no word begins behind it, there are only blanks up to the end of the span.
+    let next = starts.trailing_zeros() as usize;
     let integer = |(start, end)| span.integer(start, end);
     let values = Values {
         numbers: span.numbers([x, y, z, radius])?,

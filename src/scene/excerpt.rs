@@ -11,7 +11,7 @@ pub(super) struct Excerpt {
 }
 
 impl Excerpt {
-    /// The most bytes of a line that are shown. With the margin they fit in a terminal.
+    /// How many bytes of a line are shown at most. With the margin they fit in a terminal.
     pub(super) const REACH: usize = 72;
 
     /// The line around a place: `before` and `after` are the bytes of the line
@@ -53,7 +53,7 @@ fn without_broken_end(bytes: &[u8]) -> &[u8] {
     }
 }
 
-/// The most bytes of a word that a message quotes.
+/// How many bytes of a word a message quotes at most.
 pub(super) const LONGEST_QUOTE: usize = 40;
 
 /// A word in quotes, shortened if it is long.

@@ -2,8 +2,8 @@
 //!
 //! The text is read in [`windows`](super::windows). In each window the
 //! [`chunks`](super::chunks) read the spheres, while the next window is being filled.
-//! Where they can't, the [`parser`](super::parser) reads the window, and finds what is
-//! wrong first; [`position`](super::position) gives the line and the column of that.
+//! Where they can't, the [`parser`](super::parser) reads the window and finds the first
+//! error; [`position`](super::position) gives its line and its column.
 
 use std::io::Read;
 
@@ -137,8 +137,8 @@ where
         }
     }
 
-    /// Reserves memory for as many spheres as the text can hold. If there is not so much,
-    /// reading goes on without: a text may be shorter than its size.
+    /// Reserves memory for as many spheres as the text can hold. If there is too little
+    /// memory, reading goes on: the text may hold fewer spheres.
     fn reserve(&mut self) {
         let Some(size) = self.size else {
             return;

@@ -1,6 +1,4 @@
-//! Words, blanks and comments: what a scene is made of before it means anything.
-//!
-//! Every rule about them stands here, once.
+//! Words, blanks and comments. All rules about them are in this module.
 
 /// Begins a comment, which ends with the line.
 pub(super) const COMMENT: u8 = b'#';
@@ -22,12 +20,18 @@ pub(super) const fn ends_word(byte: u8) -> bool {
 }
 
 /// The end of the word at `at`.
-pub(super) fn word_end(text: &[u8], at: usize) -> usize {
+pub(super) fn word_end(text: &[u8], mut at: usize) -> usize {
+    // Eight bytes at a time, as long as all are greater than those that end words.
+    while let Some(bytes) = text[at..].first_chunk::<8>()
+        && bytes.iter().fold(true, |all, &byte| all & (byte > COMMENT))
+    {
+        at += bytes.len();
+    }
     let length = text[at..].iter().position(|&byte| ends_word(byte));
     length.map_or(text.len(), |length| at + length)
 }
 
-/// Tells words from blanks and comments, byte by byte.
+/// Distinguishes words from blanks and comments, byte by byte.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Gap {
     pub(super) in_comment: bool,
@@ -57,12 +61,16 @@ pub(super) fn last_word_end(text: &[u8], begins_in_comment: bool) -> Option<usiz
     let mut end = text.len();
     while end > 0 {
         let start = line_start(&text[..end - 1]);
-        let mut gap = Gap {
-            in_comment: start == 0 && begins_in_comment,
+        let line = &text[start..end];
+        let comment = if start == 0 && begins_in_comment {
+            0
+        } else {
+            let comment = line.iter().position(|&byte| byte == COMMENT);
+            comment.unwrap_or(line.len())
         };
-        let last = (start..end).filter(|&at| !gap.takes(text[at])).last();
+        let last = line[..comment].iter().rposition(|&byte| !is_blank(byte));
         if let Some(last) = last {
-            return Some(last + 1);
+            return Some(start + last + 1);
         }
         end = start;
     }

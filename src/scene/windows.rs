@@ -137,13 +137,14 @@ impl Window {
     }
 }
 
-/// Where to end a piece of a text that goes on: where a sphere begins, or else between
-/// two words.
+/// Where to end a piece of a text that goes on: where a sphere begins, if possible one
+/// that begins a line, or else between two words.
 fn cut(text: &[u8]) -> usize {
     /// How far back to look for a sphere.
     const NEAR: usize = 1 << 14;
     let near = text.len() - text.len().min(NEAR);
-    if let Some(start) = last_sphere_in_line(&text[near..]) {
+    let end = &text[near..];
+    if let Some(start) = last_sphere_in_line(end).or_else(|| last_sphere(end)) {
         return near + start;
     }
     if let Some(blank) = text.iter().rposition(|&byte| is_blank(byte)) {
@@ -166,6 +167,14 @@ fn last_sphere_in_line(text: &[u8]) -> Option<usize> {
         end = line_feed;
     }
     None
+}
+
+/// The beginning of the last sphere, wherever it stands in its line. It may be in a comment.
+fn last_sphere(text: &[u8]) -> Option<usize> {
+    let is_sphere = |word: &[u8]| matches!(word, &[before, SPHERE_LETTER, after] if is_blank(before) && is_blank(after));
+    text.windows(3)
+        .rposition(is_sphere)
+        .map(|before| before + 1)
 }
 
 /// The beginning of the first sphere at or after `from` that begins a line.
@@ -198,7 +207,9 @@ mod tests {
             ("S 1 2\n S 3", "S 1 2\n "),
             ("S 1 2\nS", "S 1 2\n"),
             ("S 1\nS 2\n3 4", "S 1\n"),
-            ("S 1\nx S 2", "S 1\nx S "),
+            ("S 1 2 S 3 4 S", "S 1 2 "),
+            ("S 1\nx S 2", "S 1\nx "),
+            ("S 1\nxS 2", "S 1\nxS "),
             ("VP 1.2", "VP "),
             ("VP ", "VP "),
             ("word", ""),

@@ -1,4 +1,4 @@
-//! Windows and chunks of any size find the same as the parser alone.
+//! Windows and chunks of any size give the same results as the parser alone.
 
 use std::{
     fmt::Write,
@@ -35,7 +35,7 @@ impl Read for Trickle<'_> {
     }
 }
 
-/// All that a reader says of a text.
+/// The scene or the message that the reader gives for a text.
 fn outcome(text: &[u8], sizes: Sizes, at_most: usize) -> Result<String, String> {
     // The first window is allocated, so that it must not be much larger than the text.
     let sizes = Sizes {
@@ -109,6 +109,31 @@ fn windows_of_every_size() {
             };
             agree(&text, sizes, usize::MAX);
             agree(cut_short, sizes, 1 + size / 2);
+        }
+    }
+}
+
+/// Ordinary spheres, and the blanks and comments behind them, that end at every place of the
+/// 64 bytes that are read at a time.
+#[test]
+fn spheres_and_gaps_of_every_length() {
+    for width in 1..60 {
+        for gap in 1..20 {
+            let gap = " ".repeat(gap);
+            let mut text = String::from("VP 1 1 1 BG 0 0 0 OBJ_N 6\n");
+            for behind in ["", "\r\n", "#S\n", "\n", "# S 1\n\n", ""] {
+                let _ = write!(text, "S {:<width$} 0 5 1 9 9 9{gap}{behind}", 0.5);
+            }
+            text.push_str(&"\n".repeat(100));
+            assert!(outcome(text.as_bytes(), PARSER_ALONE, usize::MAX).is_ok());
+            agree(
+                text.as_bytes(),
+                Sizes {
+                    fast: 1,
+                    ..PARSER_ALONE
+                },
+                usize::MAX,
+            );
         }
     }
 }
