@@ -86,7 +86,7 @@
 //!   default: depend on sfera with `default-features = false`.
 //! - Nothing here is global: no state, no thread pool, no signal handler.
 //!
-//! # The way through the code
+//! # The modules
 //!
 //! ```text
 //! text -> Scene -> Spheres -> boxes -> tile candidates -> settled pixels -> RGB bytes -> mapped file -> rename
@@ -103,7 +103,7 @@
 //! | text -> scene | [`scene`] | reads the text; a refusal names line and column |
 //! | pixel -> ray | [`camera`] | the rule for rays, in each of its forms |
 //! | pixel -> colour, defined | [`reference`](mod@reference) | the definition of the picture, one pixel at a time in integers |
-//! | pixel -> why it is wrong | [`nearness`] | how near a pixel is to showing something else |
+//! | wrong pixel -> cause | [`nearness`] | how near a pixel is to showing another colour |
 //! | ray -> colour, in float | [`methods`] | `textbook`, `geometric`, `double`: brute force, scalar and packets |
 //! | ray -> colour, proven | [`exact`] | boxes, bins, coverage masks, packets, decisions |
 //! | colours -> file | [`ppm`] | reserve, map, publish; the library's only `unsafe`, the mapping |
@@ -116,6 +116,25 @@
 //! more pieces of `unsafe` code: the signal handler, which removes temporary files, reports a
 //! lost page of a mapped file (another process shortened the file) and ends the program; and
 //! the allocator that reports a failed allocation.
+//!
+//! # Dependencies
+//!
+//! | crate | what for |
+//! | --- | --- |
+//! | `wide` | packets of 8 floats and of 8 doubles, without `unsafe` of our own |
+//! | `rayon` | bands of rows, runs of spheres and chunks of text on all threads |
+//! | `memmap2` | the mapped image; the bins in huge pages |
+//! | `bytemuck` | lanes and records seen as bytes, without transmuting |
+//! | `dashu` | integers and dyadic numbers without limit |
+//! | `rustix` | reserving blocks, files without a name, locks |
+//! | `tempfile` | the file beside the image, where a file needs a name |
+//! | `thiserror` | error types |
+//! | `png`, `indicatif`, `libc` | the program alone: PNG images, the progress bar, signals |
+//! | `clap`, `clap_complete`, `clap_mangen` | the program alone: arguments, completions, the manual page |
+//! | `criterion`, `proptest`, `plotters` | for development: benches, random tests, charts |
+//!
+//! These are 64 crates with all that they depend on; tests and benches add 46. `make deny`
+//! checks licences (all permissive), sources and, if the network allows it, advisories.
 //!
 //! # Security
 //!
@@ -149,8 +168,8 @@
 //!
 //! | change | where it begins | what follows |
 //! | --- | --- | --- |
-//! | a float method | a file in [`methods`]: the formula as a comment, then its scalar and its packet form | [`render::Method`]; `tests/bit_identity.rs` compares both forms, `tests/stability.rs` says where it fails |
-//! | a word of the scene format | `scene/grammar.rs`, its tables and values | `scene/advice.rs` for its mistakes, a file in `scenes/bad` for each refusal, `tests/reader.rs` |
+//! | a float method | a file in [`methods`]: the formula as a comment, then its scalar and its packet form | [`render::Method`] with its names in `FromStr`, then each `match` that no longer compiles, that of `--method` in `cli/arguments.rs` too; the lists of methods in `cli/compare.rs`, in `tests/bit_identity.rs`, which compares both forms, and in `tests/stability.rs`, which says where it fails; `make bench` and `make chart` have such lists too |
+//! | a word of the scene format | `scene/grammar.rs`, its tables and values | [`scene::Scene`] and its `Display`; `finish_header` or `finish_sphere` in `scene/parser.rs`, and `chunks.rs` for a word of spheres; the texts of `scene/parser/messages.rs`; advice on its mistakes in `scene/advice.rs`; a file in `scenes/bad` for each refusal (`tests/reader.rs` has the command that writes their messages); `tests/oracle.py`, `tests/fuzz/words.dict`, the README |
 //! | a formula of the engine | the theorem in `exact/proof.md`, then the table of its roundings in `exact/bounds.rs` | the code, then the tests of its stage, `exact/*/tests.rs`, against rational arithmetic |
 //! | the rule from pixels to rays | [`camera`], which holds every form of it | [`reference`](mod@reference), which must say the same in integers |
 //! | a promise about files | the system calls in `ppm/system`, and their order in [`ppm`] | a row in the table of faults in `tests/README.md`, and its test in `tests/faults` |

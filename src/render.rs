@@ -3,11 +3,11 @@
 use std::{fmt, ops::Range, str::FromStr};
 
 use rayon::prelude::*;
-use wide::f32x8;
+use wide::{f32x8, f64x4};
 
 pub use crate::exact::{Counts, Workspace};
 use crate::{
-    camera::{BYTES_PER_PIXEL, Camera, ImageSize},
+    camera::{BYTES_PER_PIXEL, Camera, DOUBLE_LANES, ImageSize},
     exact::{Engine, tuning::Tuning},
     methods::{NONE, Seen, double, geometric, textbook},
     reference::Reference,
@@ -28,11 +28,11 @@ use crate::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum Method {
-    /// f32, the formula as taught.
+    /// f32, the textbook formula.
     Textbook(Form),
     /// f32, the stable form.
     Geometric(Form),
-    /// f64, the formula as taught.
+    /// f64, the textbook formula.
     Double(Form),
     /// The engine: every pixel proven right.
     #[default]
@@ -159,7 +159,7 @@ enum Painter<'scene> {
 }
 
 impl<'scene> Renderer<'scene> {
-    /// Prepares what the method needs to know before the first pixel.
+    /// Prepares everything that the method needs before the first pixel.
     #[must_use]
     pub fn new(scene: &'scene Scene, size: ImageSize, method: Method) -> Self {
         Self::new_in(Workspace::default(), scene, size, method)
@@ -229,7 +229,7 @@ impl<'scene> Renderer<'scene> {
     ///
     /// # Panics
     ///
-    /// If `rows` reach past the image or `pixels` is not exactly their bytes.
+    /// If `rows` reach past the image, or `pixels` is not exactly as long as their bytes.
     pub fn draw(&self, rows: Range<u32>, pixels: &mut [u8]) -> Counts {
         self.draw_with_progress(rows, pixels, &|_| ())
     }
@@ -239,7 +239,7 @@ impl<'scene> Renderer<'scene> {
     ///
     /// # Panics
     ///
-    /// If `rows` reach past the image or `pixels` is not exactly their bytes.
+    /// If `rows` reach past the image, or `pixels` is not exactly as long as their bytes.
     pub fn draw_with_progress(
         &self,
         rows: Range<u32>,
@@ -302,7 +302,10 @@ impl<'scene> Renderer<'scene> {
                 Painter::Geometric(Form::Packets) => {
                     self.fill_packets(row, bytes, geometric::packet);
                 }
-                Painter::Double(form) => self.fill_doubles(row, bytes, *form),
+                Painter::Double(Form::Scalar) => self.fill_double_rays(row, bytes, double::scalar),
+                Painter::Double(Form::Packets) => {
+                    self.fill_double_packets(row, bytes, double::packet);
+                }
                 Painter::Exact(_) => unreachable!("drawn by the band"),
                 Painter::Reference(reference) => self.fill(bytes, |column| {
                     [reference
@@ -336,24 +339,26 @@ impl<'scene> Renderer<'scene> {
         });
     }
 
-    fn fill_doubles(&self, row: u32, bytes: &mut [u8], form: Form) {
+    fn fill_double_rays(&self, row: u32, bytes: &mut [u8], kernel: fn(&Spheres, [f64; 3]) -> Seen) {
         let (y, z) = (self.camera.y_double(row), self.camera.z_double());
-        let spheres = &self.scene.spheres;
-        match form {
-            Form::Scalar => {
-                self.fill(bytes, |column| {
-                    [double::scalar(
-                        spheres,
-                        [self.camera.x_double(column), y, z],
-                    )]
-                });
-            }
-            Form::Packets => {
-                self.fill(bytes, |column| {
-                    double::packet(spheres, self.camera.x_doubles(column), y, z)
-                });
-            }
-        }
+        self.fill(bytes, |column| {
+            [kernel(
+                &self.scene.spheres,
+                [self.camera.x_double(column), y, z],
+            )]
+        });
+    }
+
+    fn fill_double_packets(
+        &self,
+        row: u32,
+        bytes: &mut [u8],
+        kernel: fn(&Spheres, f64x4, f64, f64) -> [Seen; DOUBLE_LANES],
+    ) {
+        let (y, z) = (self.camera.y_double(row), self.camera.z_double());
+        self.fill(bytes, |column| {
+            kernel(&self.scene.spheres, self.camera.x_doubles(column), y, z)
+        });
     }
 
     /// Colours a row, `N` pixels at a time; lanes past its end are dropped.
