@@ -119,7 +119,7 @@ impl ImageSize {
     }
 }
 
-/// The pixel-to-ray rule for one viewport and one image size.
+/// The rule from pixels to rays for one viewport and one image size.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
     viewport: Viewport,
@@ -136,7 +136,7 @@ impl Camera {
     pub fn new(viewport: Viewport, size: ImageSize) -> Self {
         let lengths = [viewport.width, viewport.height, viewport.distance];
         let largest = lengths.into_iter().fold(0.0, f32::max);
-        let scale = exp2(-exponent(f64::from(largest)));
+        let scale = power_of_two(-exponent(f64::from(largest)));
         Self {
             viewport,
             size,
@@ -281,9 +281,9 @@ impl Camera {
 /// The pixels along a side of the viewport at distance 1.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Axis {
-    /// Pixels a unit, 2 roundings.
+    /// Pixels per unit, within 2 roundings.
     pub(crate) scale: f64,
-    /// Units a pixel, 2 roundings.
+    /// Units per pixel, within 2 roundings.
     pub(crate) step: f64,
     /// The place of 0 among the pixels, exact.
     pub(crate) middle: f64,
@@ -323,9 +323,9 @@ fn exponent(value: f64) -> i32 {
     ((value.to_bits() >> 52) & 0x7ff) as i32 - 1023
 }
 
-/// `2^e`, exactly, for exponents of normal doubles.
-fn exp2(e: i32) -> f64 {
-    f64::from_bits(((e + 1023) as u64) << 52)
+/// `2^exponent`, exactly, for exponents of normal doubles.
+pub(crate) const fn power_of_two(exponent: i32) -> f64 {
+    f64::from_bits(((exponent + 1023) as u64) << 52)
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ impl Random {
 
     /// Evenly over `[low, high)`.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
-        let fraction = (self.bits() >> 11) as f64 * power_of_two(-53);
+        let fraction = (self.bits() >> 11) as f64 / (1_u64 << 53) as f64;
         low + (high - low) * fraction
     }
 
@@ -61,9 +61,4 @@ impl Random {
             items.swap(last, self.below(last as u64 + 1) as usize);
         }
     }
-}
-
-/// `2^exponent`, of a normal double.
-pub(crate) const fn power_of_two(exponent: i32) -> f64 {
-    f64::from_bits(((exponent + 1023) as u64) << 52)
 }

@@ -5,9 +5,7 @@
 
 use std::{fmt::Write, fs, path::Path, time::Duration};
 
-use plotters::{
-    chart::MeshStyle, coord::ranged1d::ValueFormatter, prelude::*, style::text_anchor::HPos,
-};
+use plotters::{prelude::*, style::text_anchor::HPos};
 use rayon::prelude::*;
 use sfera::{
     camera::ImageSize,
@@ -18,7 +16,7 @@ use sfera::{
 
 use crate::{
     measure::{frame, median},
-    plot::{Area, Decades, Drawn, GRID, LARGE, SMALL, WIDTH, colour, font, mark, text},
+    plot::{Area, Decades, Drawn, LARGE, SMALL, WIDTH, colour, draw_mesh, mark, text},
     splat,
 };
 
@@ -393,7 +391,7 @@ fn plot(panels: &[Panel], threads: usize, path: &Path) -> Drawn {
                     0.0 => format!("{place}"),
                     _ => String::new(),
                 });
-            style(&mut mesh, panel.axis, y_description)?;
+            draw_mesh(&mut mesh, panel.axis, y_description)?;
             for (subject, curve) in &panel.curves {
                 draw_curve(&root, &mut chart, *subject, curve)?;
             }
@@ -401,7 +399,7 @@ fn plot(panels: &[Panel], threads: usize, path: &Path) -> Drawn {
             let least = if panel.axis == "pixels" { 1e5 } else { 1e2 };
             let x = Decades::new(least, most);
             let mut chart = builder.build_cartesian_2d(x, y)?;
-            style(
+            draw_mesh(
                 chart.configure_mesh().x_labels(7),
                 panel.axis,
                 y_description,
@@ -412,30 +410,6 @@ fn plot(panels: &[Panel], threads: usize, path: &Path) -> Drawn {
         }
     }
     root.present()?;
-    Ok(())
-}
-
-type Mesh<'one, 'two, 'file, X> = MeshStyle<'one, 'two, X, Decades, SVGBackend<'file>>;
-
-fn style<X>(
-    mesh: &mut Mesh<'_, '_, '_, X>,
-    x_description: &str,
-    y_description: Option<&str>,
-) -> Drawn
-where
-    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
-{
-    mesh.y_labels(8)
-        .max_light_lines(0)
-        .bold_line_style(GRID)
-        .axis_style(RGBColor(90, 90, 90))
-        .label_style(font(SMALL))
-        .axis_desc_style(font(SMALL))
-        .x_desc(x_description);
-    if let Some(description) = y_description {
-        mesh.y_desc(description);
-    }
-    mesh.draw()?;
     Ok(())
 }
 

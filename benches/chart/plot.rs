@@ -3,6 +3,7 @@
 use std::error::Error;
 
 use plotters::{
+    chart::MeshStyle,
     coord::{
         Shift,
         ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter},
@@ -26,7 +27,7 @@ pub(crate) const WIDTH: u32 = 1680;
 pub(crate) const SMALL: u32 = 24;
 pub(crate) const LARGE: u32 = 28;
 
-pub(crate) const GRID: RGBColor = RGBColor(225, 225, 225);
+const GRID: RGBColor = RGBColor(225, 225, 225);
 const ZERO_BAND: RGBColor = RGBColor(238, 243, 238);
 
 pub(crate) fn font(size: u32) -> TextStyle<'static> {
@@ -260,8 +261,22 @@ pub(crate) fn panel<'panel, 'file>(
     ))?;
 
     let mut mesh = panel.configure_mesh();
-    mesh.x_labels(7)
-        .y_labels(8)
+    draw_mesh(mesh.x_labels(7), x_description, y_description)?;
+    Ok(panel)
+}
+
+type Mesh<'one, 'two, 'file, X> = MeshStyle<'one, 'two, X, Decades, SVGBackend<'file>>;
+
+/// Draws the grid and the labels of a panel.
+pub(crate) fn draw_mesh<X>(
+    mesh: &mut Mesh<'_, '_, '_, X>,
+    x_description: &str,
+    y_description: Option<&str>,
+) -> Drawn
+where
+    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
+    mesh.y_labels(8)
         .max_light_lines(0)
         .bold_line_style(GRID)
         .axis_style(RGBColor(90, 90, 90))
@@ -272,5 +287,5 @@ pub(crate) fn panel<'panel, 'file>(
         mesh.y_desc(description);
     }
     mesh.draw()?;
-    Ok(panel)
+    Ok(())
 }

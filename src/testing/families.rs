@@ -8,7 +8,8 @@
 //! that shows the wrong sphere has the wrong colour.
 
 use crate::{
-    random::{Random, power_of_two},
+    camera::power_of_two,
+    random::Random,
     scene::{Scene, Viewport},
     spheres::{Rgb, Sphere},
 };

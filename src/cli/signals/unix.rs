@@ -17,7 +17,7 @@ use libc::{
 };
 use sfera::{name::shown, ppm::Event};
 
-use crate::cli::tell;
+use crate::cli::messages::tell;
 
 /// Signals that end a program by default. `SIGSEGV` is left to the standard library, which
 /// reports a stack overflow.
