@@ -1,5 +1,5 @@
-//! Whole pictures: whatever way the engine takes through one, every pixel is what
-//! the last rungs say of it when they are asked about all spheres.
+//! Whole pictures, drawn in every way that the engine has. Pixels are compared with the
+//! decision of the last stages between all spheres.
 
 use std::ops::Range;
 
@@ -43,7 +43,7 @@ fn draw(scene: &Scene, size: ImageSize, tile: u32, bounds: Bounds) -> Vec<u8> {
     pixels
 }
 
-/// The colour of one pixel, of all spheres.
+/// The colour of one pixel, decided between all spheres.
 fn decided(scene: &Scene, camera: &Camera, column: u32, row: u32) -> Rgb {
     let spheres = (0..scene.spheres.len()).map(|at| {
         let Sphere { centre, radius, .. } = scene.spheres.get(at);
@@ -70,7 +70,7 @@ fn assert_every_pixel(scene: &Scene, size: ImageSize, pixels: &[u8], what: &str)
         .for_each(|at| assert_pixel(scene, size, pixels, at, what));
 }
 
-/// Pixels beside an edge, where a wrong one would be, and pixels anywhere.
+/// Pixels beside edges, where errors are likely, and pixels anywhere.
 fn assert_some_pixels(scene: &Scene, size: ImageSize, pixels: &[u8], count: usize, what: &str) {
     let colour = |at: usize| &pixels[at * BYTES_PER_PIXEL..][..BYTES_PER_PIXEL];
     let edges = (1..size.pixels() as usize).filter(|&at| colour(at) != colour(at - 1));
@@ -87,7 +87,7 @@ fn assert_some_pixels(scene: &Scene, size: ImageSize, pixels: &[u8], count: usiz
         .for_each(|at| assert_pixel(scene, size, pixels, at, what));
 }
 
-/// All tiles, all cuts: the picture that pixels one by one make.
+/// With every size of tiles and every cut the picture is that of single pixels.
 fn assert_drawn(scene: &Scene, size: ImageSize, what: &str) {
     let first = draw(scene, size, TILES[0], Bounds::Proven);
     assert_every_pixel(scene, size, &first, what);
@@ -128,7 +128,7 @@ fn every_family(mut check: impl FnMut(&Scene, &str)) {
 fn families_at_sizes_up_to_33() {
     let mut turn = 0;
     every_family(|scene, what| {
-        // All widths and heights of few spheres; of many, some of them.
+        // All widths and heights for few spheres, some of them for many.
         let step = 1 + scene.spheres.len().ilog2() as usize * 2 / 3;
         turn += 1;
         for width in (1 + turn % step as u32..=33).step_by(step) {
@@ -190,8 +190,8 @@ fn every_pixel_of_some_at_full_hd_on_1_2_and_7_threads() {
     }
 }
 
-/// What scenes are mixed of. Lengths are in pixels of a picture 256 wide, through a
-/// viewport of 256 by 256 at 256.
+/// The kinds of spheres in a mixture. Lengths are in pixels of a picture 256 wide, through a
+/// viewport of 256 by 256 at distance 256.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     /// Smaller than a few pixels, some of them smaller than one.
@@ -200,21 +200,21 @@ enum Kind {
     Small,
     /// Larger than tiles.
     Large,
-    /// Many on one spot, in front of one another.
+    /// Many at one place, one in front of the other.
     Crowd,
     /// Large ones, one behind the other.
     Stack,
     /// Centres at the corners of tiles.
     Corner,
-    /// The same as one before.
+    /// A copy of an earlier one.
     Copy,
-    /// The same as one before, but for the last digit of a number.
+    /// A copy of an earlier one, except for the last digit of a number.
     Twin,
-    /// Larger than the picture, and before it all or behind it.
+    /// Larger than the picture, in front of all others or behind them.
     Wall,
-    /// As good as flat, below the camera.
+    /// Almost flat, below the camera.
     Floor,
-    /// Around the camera.
+    /// Containing the camera.
     Room,
     /// Beside the camera, across its plane, or touching it.
     Beside,
@@ -327,7 +327,7 @@ fn scene_of(spheres: &[[f32; 4]]) -> Scene {
     }
 }
 
-/// So many of each kind, in any order.
+/// This many of each kind, in random order.
 fn mixture(kinds: &[(Kind, usize)], seed: u64) -> Scene {
     let mut random = Random::new(seed);
     let kinds = kinds
@@ -345,7 +345,7 @@ fn mixture(kinds: &[(Kind, usize)], seed: u64) -> Scene {
     scene_of(&spheres)
 }
 
-/// Whole tiles, one pixel more, one less.
+/// Whole tiles, and one pixel more or less.
 const SIDES: [u32; 8] = [63, 64, 65, 127, 128, 129, 191, 193];
 
 #[test]
@@ -383,11 +383,11 @@ fn every_way_through_a_picture() {
     }
 }
 
-/// One sphere less than a limit between two ways of drawing, as many, and one more.
+/// As many spheres as a limit between two ways of drawing, one less, and one more.
 #[test]
 fn counts_at_the_limits() {
     use Kind::*;
-    // With these behind the camera no scene is one of few spheres.
+    // These are behind the camera; with them no scene has few spheres.
     let not_few = (Behind, FEW_SPHERES);
     for near in [-1, 0, 1] {
         let [crowd, small_crowd, few] =
@@ -412,8 +412,7 @@ fn counts_at_the_limits() {
     }
 }
 
-/// Pictures of so many tiles, and of so many columns, that some way of drawing is not
-/// taken any more.
+/// Pictures with so many tiles or columns that a way of drawing is no longer used.
 #[test]
 fn sides_at_the_limits() {
     let tile = TILES[0];
@@ -491,7 +490,7 @@ fn copies_by_the_thousand() {
     let copies: Vec<_> = (0..200_000)
         .map(|_| originals[random.below(originals.len() as u64) as usize])
         .collect();
-    // The first of each, in the order of the file, is all that can be seen.
+    // Only the first of each, in the order of the file, is visible.
     let mut firsts: Vec<(usize, [f32; 4])> = Vec::new();
     for (index, sphere) in copies.iter().enumerate() {
         if !firsts.iter().any(|(_, first)| first == sphere) {
@@ -514,7 +513,7 @@ fn copies_by_the_thousand() {
     assert_some_pixels(&scene, size, &pixels, 500, "5,000 copies");
 }
 
-/// A million behind a wall, and a few before it.
+/// A million spheres behind a wall, and a few in front of it.
 #[test]
 fn hidden_by_the_million() {
     let mut random = Random::new(2);
@@ -535,8 +534,8 @@ fn hidden_by_the_million() {
     assert_alike(&scene, size, &pixels, &[16], "a million");
 }
 
-/// So few, and one before the other, that whole rows are painted without packets; first and
-/// last rows anywhere in a tile.
+/// Few spheres, one in front of the other, so that whole rows are painted without packets.
+/// The first and the last row are anywhere in a tile.
 #[test]
 fn few_spheres_in_whole_rows() {
     for seed in 0..24 {
@@ -556,8 +555,8 @@ fn few_spheres_in_whole_rows() {
     }
 }
 
-/// Of a sphere that reaches the camera's plane the outline has a second branch, behind the
-/// camera, in a view so wide; it is alone in its bands, so whole rows could be painted.
+/// In a wide view, the outline of a sphere that reaches the plane of the camera has a second
+/// branch, behind the camera. The sphere is alone in its bands, so whole rows could be painted.
 #[test]
 fn no_branch_behind_the_camera_is_painted() {
     let sphere = [0.0, 5.0, 0.5, 1.0];
@@ -572,7 +571,7 @@ fn no_branch_behind_the_camera_is_painted() {
     }
 }
 
-/// What a crowd hides is asked of the rows that are drawn only, wherever they begin.
+/// The spheres that a crowd hides are found in the drawn rows only, wherever these begin.
 #[test]
 fn crowds_cut_at_any_row() {
     let size = size(64, 64);
@@ -642,7 +641,7 @@ fn scales_are_powers_of_two() {
     }
 }
 
-/// A band finds the room that another one leaves, however much of its tiles that drew.
+/// A band is right in the memory of another one, whichever part of its tiles that one drew.
 #[test]
 fn a_band_leaves_nothing_behind() {
     let size = size(200, 64);
@@ -663,9 +662,9 @@ fn a_band_leaves_nothing_behind() {
     }
 }
 
-/// Copies are told apart by their places in the file only, whatever stands beside them in
-/// their eights: floats hold the boxes of the first copy, the second one stands beside a
-/// sphere whose box they don't hold.
+/// Copies differ only in their places in the file, whichever spheres are in the lanes beside
+/// them. The box of the first copy is computed in floats; the second copy is beside a sphere
+/// whose box can't be computed in floats.
 #[test]
 fn copies_beside_others() {
     let copy = [14.0, 15.0, 450.0, 140.0];
@@ -690,7 +689,7 @@ fn copies_beside_others() {
     }
 }
 
-/// A renderer draws the same in the memory that another one leaves, whatever that drew.
+/// A renderer draws the same picture in the memory of another one, whatever that one drew.
 #[test]
 fn memory_of_another_picture_leaves_nothing_behind() {
     let size = size(200, 64);

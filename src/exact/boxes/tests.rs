@@ -11,8 +11,8 @@ use crate::{
     scene::Viewport,
 };
 
-/// Whether any `V` with this `X` (or `Y`) meets the sphere: seen along the y axis (or
-/// the x axis), a ray of the plane meets a circle, as if there were one row (or column).
+/// Whether any `V` with this `X` (or `Y`) meets the sphere: in the projection along the y axis
+/// (or the x axis), a ray of the plane meets a circle, as in a picture of one row (or column).
 fn meets_plane(trial: &Trial, axis: usize, at: f64) -> bool {
     let size = trial.camera.size();
     let mut sphere = trial.sphere;
@@ -33,7 +33,7 @@ fn in_doubles(grid: &Grid, trial: &Trial) -> Option<Boxes> {
     Some(Boxes::new(grid, &trial.eight()))
 }
 
-/// If they are had in floats.
+/// The boxes in floats, if these can be used.
 fn in_floats(grid: &Grid, trial: &Trial) -> Option<Boxes> {
     let components = trial.lengths().map(|length| [length; LANES]);
     let floats = Boxes::fit_floats(grid) && in_range(components.map(f32x8::new)) == ALL;
@@ -116,7 +116,7 @@ fn boxes_leave_nothing_out() {
     );
 }
 
-/// At and beyond the ends of their ranges, floats give the boxes of doubles, or nothing.
+/// At the ends of their ranges floats give the boxes of doubles; beyond them they are not used.
 #[test]
 fn floats_are_used_within_their_ranges_only() {
     let (least, most) = (FLOAT_RANGE.start, FLOAT_RANGE.end);
@@ -127,11 +127,11 @@ fn floats_are_used_within_their_ranges_only() {
         assert!(!fit([0.0, sign * most.next_up(), most, 1.0]));
     }
     assert!(!fit([0.0, 0.0, most.next_up(), 1.0]));
-    // `Cz - r` is the least allowed, and a little less.
+    // `Cz - r` is the lower bound, or a little less.
     assert!(fit([0.0, 0.0, 1.0 + least, 1.0]));
     assert!(!fit([0.0, 0.0, 1.0 + least / 2.0, 1.0]));
     assert!(!fit([0.0, 0.0, f32::NAN, 1.0]));
-    // Behind the camera nothing is asked of a sphere.
+    // Behind the camera a sphere may have any size.
     assert!(fit([f32::MAX, 0.0, -2.0, 1.0]));
     assert!(!fit([0.0, 0.0, -1.0_f32.next_down(), 1.0]));
     let fits = |side: u32, extent: f64, scale: f64| {
@@ -150,9 +150,8 @@ fn floats_are_used_within_their_ranges_only() {
     assert!(fits(most as u32 - 1, 1.0, 1.0) && !fits(most as u32, 1.0, 1.0));
 }
 
-/// The greatest inverse depth is that of the pole that faces the camera's plane; of a
-/// sphere that reaches this plane, no more is claimed than in the direction of its
-/// nearest point.
+/// The greatest inverse depth is that of the point nearest to the camera's plane; for a
+/// sphere that reaches this plane, that in the direction of its nearest point is used.
 #[test]
 fn no_pole_is_nearer_than_the_box_says() {
     let (mut poles, mut beside) = (0, 0);
@@ -205,7 +204,7 @@ fn boxes_hold_columns_that_touch() {
     }
 }
 
-/// Whether the case is an exact one.
+/// Whether the triangle is exact in these bits.
 fn holds_columns_that_touch(number: u64, boxes_of: BoxesOf, bits: u32) -> bool {
     let mut random = Random::new(number);
     let mut whole = |bits: u32| (1 + random.below(1 << bits)) as f64;
@@ -248,7 +247,7 @@ fn holds_columns_that_touch(number: u64, boxes_of: BoxesOf, bits: u32) -> bool {
         row,
     };
     if !trial.truth().hit() {
-        // Its centre is beyond 24 bits: no exact case.
+        // Its centre needs more than 24 bits, so it is not exact.
         return false;
     }
     let Some(boxes) = boxes_of(&Grid::new(camera), &trial) else {

@@ -1,4 +1,4 @@
-//! What is seen in tiles of few spheres, against the decision of each pixel.
+//! The visible spheres of tiles of few spheres, against the decision of each pixel.
 
 use super::{Bounds, Coverage, Record};
 use crate::exact::{
@@ -8,7 +8,7 @@ use crate::exact::{
     trials::{Random, Trial, each_trial, scale, sphere},
 };
 
-/// Some spheres that are seen in the trial's tile, its own among them.
+/// Some spheres that are visible in the trial's tile, its own among them.
 fn records(trial: &Trial, grid: &Grid, random: &mut Random) -> Vec<Record> {
     let count = 1 + random.below(12);
     let mut records = Vec::new();

@@ -1,4 +1,4 @@
-//! What doubles and double-doubles decide, against integers.
+//! The decisions of doubles and double-doubles, against integers.
 
 use super::{Candidate, Rung, Seen, decide};
 use crate::{
@@ -7,7 +7,7 @@ use crate::{
     scene::Viewport,
 };
 
-/// Spheres that are hard to tell from the trial's, and others.
+/// Spheres that nearly coincide with the trial's, and others.
 fn rival(lengths: [f32; 4], random: &mut Random) -> [f32; 4] {
     let mut rival = lengths;
     match random.below(4) {
@@ -74,8 +74,8 @@ fn every_rung_sees_the_sphere_that_integers_see() {
     assert!(rungs.iter().all(|&count| count > 100), "only {rungs:?}");
 }
 
-/// A camera with a view so narrow, and so fine, that neighbouring pixels differ in the last
-/// digits of doubles.
+/// A camera with so narrow a view and so many pixels that neighbouring pixels differ only in
+/// the last digits of doubles.
 fn fine_camera(random: &mut Random) -> Camera {
     let side = (1 << 30) - 1 - 2 * random.below(1 << 20) as u32;
     let narrow = random.power(2.0, -22.0, -15.0) as f32;
@@ -87,8 +87,8 @@ fn fine_camera(random: &mut Random) -> Camera {
     Camera::new(viewport, ImageSize::of_sides(side, side))
 }
 
-/// Spheres that meet, or one that is touched, in the middle of the view as well as floats can
-/// say; or mirror images, which are equally near in all of the middle column.
+/// Two spheres that meet at the middle of the view, or one that its ray touches, as nearly as
+/// floats can represent; or mirror images, which are equally near in the whole middle column.
 fn close_call(random: &mut Random, mirrored: bool) -> Vec<[f32; 4]> {
     let depth = random.power(10.0, -1.0, 3.0);
     let mut through = |grazed: bool| {
@@ -119,7 +119,7 @@ fn close_call(random: &mut Random, mirrored: bool) -> Vec<[f32; 4]> {
     }
 }
 
-/// Columns on either side of where integers begin to see something else, by halving.
+/// Finds by bisection two neighbouring columns in which integers see different spheres.
 fn change(camera: &Camera, row: u32, spheres: &[Candidate]) -> Option<u32> {
     let seen = |column| decide(camera, (column, row), &mut spheres.to_vec(), false).0;
     let (mut low, mut high) = (0, camera.size().width() - 1);
@@ -138,7 +138,7 @@ fn change(camera: &Camera, row: u32, spheres: &[Candidate]) -> Option<u32> {
     Some(low)
 }
 
-/// Both of the rungs after doubles are asked thousands of times what is a close call.
+/// Both stages after doubles decide thousands of close calls.
 #[test]
 fn close_calls_are_decided_as_integers_decide_them() {
     let mut rungs = [0; 3];

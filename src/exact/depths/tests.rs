@@ -164,8 +164,8 @@ fn makes_nan(trial: &Trial, scale: f64) -> Result<bool, String> {
     Ok(doubles.iter().any(|double| double.is_nan()))
 }
 
-/// What `fast_max` makes of NaN is not the same on every machine: a lane that holds one
-/// says nothing, and none comes out of it.
+/// `fast_max` of NaN differs between machines, so a lane with NaN must give no bound, and the
+/// results must not be NaN.
 #[test]
 fn a_lane_with_a_nan_says_nothing() {
     const LENGTHS: [f32; 5] = [0.0, f32::from_bits(1), 1e-20, 1.0, f32::MAX];
@@ -243,8 +243,8 @@ fn ranges_hold_every_hit() {
     assert!(tighter > 3_000, "only {tighter} tighter");
 }
 
-/// What floats hold is used up to the greatest value there is: `D/c^2` is `0.73 2^100` in the
-/// first case, and 4 times as much in the other.
+/// Floats are used up to the greatest permitted value: `D/c^2` is `0.73 2^100` in the first
+/// case, and 4 times as much in the second.
 #[test]
 fn depths_are_known_up_to_the_greatest() {
     let sphere = Sphere {

@@ -14,7 +14,7 @@ use crate::{
     spheres::Sphere,
 };
 
-/// The outline of the trial's sphere in its tile, as a tile of few spheres has it.
+/// The outline of the trial's sphere in its tile, as tiles of few spheres compute it.
 fn placed(trial: &Trial, grid: &Grid, rows: f64x8, down: f64x8) -> Outline {
     let tile = trial.tile();
     let placement = Placement {
@@ -27,8 +27,8 @@ fn placed(trial: &Trial, grid: &Grid, rows: f64x8, down: f64x8) -> Outline {
     outline
 }
 
-/// The record of the trial's sphere, if it has one in the tile, the middle row and the greatest
-/// distance from it that its outline is good for, and that outline.
+/// The record of the trial's sphere, if it has one in the tile; the middle row of its outline and
+/// the upper bound of the distance from that row; and the outline.
 fn placed_by_box(trial: &Trial, grid: &Grid) -> Option<(Record, [f64x8; 2], Outline)> {
     let record = trial.record(grid)?;
     let rectangles = trial.tile().rectangles(&EightRecords::of(&[record]));
@@ -41,7 +41,7 @@ fn is_run(mask: u64) -> bool {
     run & run.wrapping_add(1) == 0
 }
 
-/// What is wrong with the masks of a row, if anything.
+/// Checks the masks of a row.
 fn check_row(
     trial: &Trial,
     eight: &EightRows,
@@ -69,8 +69,8 @@ fn check_row(
     if inner != 0 && !(hit(inner.trailing_zeros()) && hit(63 - inner.leading_zeros())) {
         return wrong("surely covered, but not hit");
     }
-    // What is hit in a row is one run: if there is any beyond, it shows beside the ends, or
-    // anywhere if there are none.
+    // The pixels of a row that are hit are one run: pixels missing from the mask would be
+    // beside its ends, or anywhere if the mask is empty.
     let asked = if outer == 0 {
         vec![0, width as u32 - 1, (trial.column - trial.tile().column)]
     } else {
@@ -140,8 +140,8 @@ fn masks_hold_what_is_hit_and_no_more() {
     );
 }
 
-/// A row that the outline touches to the last digits, as rows of pixels hardly ever do,
-/// or any other.
+/// A row that nearly touches the outline, up to the last digits, which rows of pixels hardly
+/// ever do; or any other row.
 fn some_row(trial: &Trial, grid: &Grid, random: &mut Random) -> f64 {
     let last = f64::from(trial.camera.size().height() - 1);
     let [_, y, z] = trial.sphere.centre.map(f64::from);
@@ -154,7 +154,7 @@ fn some_row(trial: &Trial, grid: &Grid, random: &mut Random) -> f64 {
         2 => grid.y_axis.middle - (y * z + root) / q * grid.y_axis.scale,
         _ => random.between(0.0, last),
     };
-    // So that its distance from the middle is a double, as a pixel's is.
+    // Its distance from the middle must be a double, like that of a pixel.
     let digits = (50.0 - (last + 1.0).log2().ceil()).exp2();
     let row = (place * digits).round() / digits;
     if (0.0..=last).contains(&row) {
@@ -164,7 +164,7 @@ fn some_row(trial: &Trial, grid: &Grid, random: &mut Random) -> f64 {
     }
 }
 
-/// What is asked at the ends themselves, as real columns, not at the next pixels.
+/// The ends are tested as real columns, not only at the next pixels.
 #[test]
 fn rows_begin_and_end_at_real_columns() {
     let (mut inner_ends, mut outer_ends, mut none) = (0, 0, 0);
@@ -212,7 +212,7 @@ fn rows_begin_and_end_at_real_columns() {
         let (inner, outer, surely, possibly) = seen.get().expect("ends");
         let column = f64::from(trial.tile().column);
         let truth = |at: f64| trial.truth_at(column + at, row);
-        // A float column and that of the tile make a double, or are not asked about.
+        // Only columns whose sum with that of the tile is a double are tested.
         let near = |at: f64| at.abs() < 900.0 && (column + at) - column == at;
         if surely && ahead[0] && inner[0] <= inner[1] {
             for at in inner.into_iter().filter(|&at| near(at)) {
@@ -282,7 +282,7 @@ fn real_up_to(cut: &super::Cut) -> Ends {
 
 type FindEnds = fn(&super::Cut) -> Ends;
 
-/// The ends that the test above asks about are those that are rounded to columns.
+/// The ends in the test above are those that are rounded to columns.
 #[test]
 fn real_ends_are_those_of_the_masks() {
     each_trial(20_000, |trial, _| {
@@ -319,7 +319,7 @@ fn real_ends_are_those_of_the_masks() {
     });
 }
 
-/// The farthest point that is seen is where the rays touch, straight away from the axis.
+/// The farthest visible point is the point of contact that is farthest from the axis.
 #[test]
 fn no_hit_is_farther_than_the_lower_bound() {
     let mut farthest = 0;
@@ -416,7 +416,7 @@ fn columns_are_masks_of_their_ends() {
     }
 }
 
-/// Ends that are known within a quarter of a pixel are used, others are not.
+/// Ends are used if their error is at most a quarter of a pixel.
 #[test]
 fn ends_are_known_up_to_a_quarter_of_a_pixel() {
     let (mut nearly, mut beyond) = (0, 0);
@@ -498,7 +498,7 @@ fn bounds_of_rows_have_all_terms() {
             ("ends", f64::from(outline.slack), slack),
             ("m", outline.m_bound, m_bound),
         ] {
-            // Bounds that floats hold, up to what is added for their own roundings.
+            // The bounds in floats are greater only by what is added for their own roundings.
             if (1e-30..1e30).contains(&expected) {
                 compared += 1;
                 let ratio = bound / expected;

@@ -16,9 +16,8 @@ use crate::exact::{
 const BACKGROUND: u32 = 0;
 const COLOUR: [u8; 3] = [1, 2, 3];
 
-/// What is wrong with what a packet says of the exact `1/z`, if anything: it is in its
-/// interval if settled, not nearer if in doubt, and the pixel is not hit if missed.
-/// Returns whether it is met, in doubt, or missed.
+/// Checks a packet against the exact `1/z`: it must be in the interval if settled, not above it if
+/// in doubt, and the pixel must not be hit if missed. Returns which of the three it is.
 fn judge(pixels: &PixelRow, at: usize, trial: &Trial, scale: f64) -> Result<usize, String> {
     let of = |lanes: f32x8| lanes.to_array()[0];
     let (upper, rival) = (packet(&pixels.upper, at), packet(&pixels.rival, at));
@@ -100,7 +99,7 @@ fn doubles_hold_the_exact_inverse_depth() {
         let mut grid = Grid::new(trial.camera);
         let boxes = Boxes::new(&grid, &trial.eight());
         grid.scale = scale(boxes.upper[0], random);
-        // Its own pixel first in the tile, or some lane of its packet.
+        // The trial's pixel is the first of the tile, or any lane of its packet.
         let lane = (random.below(8) as u32).min(trial.column);
         let record = Record {
             sphere: trial.lengths(),
@@ -187,7 +186,7 @@ fn widths_are_rounded_up_to_powers_of_two() {
     for width in [0.0, f32::from_bits(1), f32::MIN_POSITIVE.next_down()] {
         assert_eq!(widths_of(width), f32::MIN_POSITIVE, "{width:e}");
     }
-    // The background's width is none.
+    // The background has no width.
     assert_eq!(
         widths(u32x8::splat(colour_lane([255; 3]))),
         f32x8::splat(0.0)
@@ -268,7 +267,7 @@ fn the_fourth_byte_of_a_colour_carries_the_width_of_an_interval() {
         let carried = widths(lanes).to_array();
         for (lane, (&width, &carried)) in exact.iter().zip(&carried).enumerate() {
             assert_eq!(bytes_of(lanes.to_array()[lane]), colour, "{width:e}");
-            // No narrower, and a power of two that is no wider than need be.
+            // At least as wide, and the least such power of two.
             let least = f32::MIN_POSITIVE;
             let most = if width < f32::MAX {
                 (2.0 * width).max(least)

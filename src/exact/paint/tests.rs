@@ -45,7 +45,7 @@ fn wanted_colour_lanes_are_written_and_no_others() {
     const UNTOUCHED: u8 = 0xa5;
     let lanes = u32x8::new(COLOURS.map(colour_lane));
     for wanted in 0..0x100 {
-        // Only such are wanted as there is room for.
+        // Only pixels for which there is room are wanted.
         for pixels in 32 - u32::leading_zeros(wanted)..=16 {
             let mut line = vec![UNTOUCHED; pixels as usize * BYTES_PER_PIXEL];
             put_some(&mut line, lanes, wanted);
@@ -63,7 +63,7 @@ fn wanted_colour_lanes_are_written_and_no_others() {
     }
 }
 
-/// Every length of run, up to those that are filled with one byte where a colour is grey.
+/// Runs of every length, up to the length from which grey is filled as one byte.
 #[test]
 fn a_run_is_painted_and_nothing_beside_it() {
     const UNTOUCHED: u8 = 0xa5;

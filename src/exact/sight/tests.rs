@@ -1,4 +1,4 @@
-//! Sights in doubles and in double-doubles, against dyadic rationals.
+//! Intersections in doubles and in double-doubles, against dyadic rationals.
 
 use super::{Rays, Sights, Targets, power, power_of_camera};
 use crate::exact::{
@@ -35,7 +35,7 @@ fn the_power_of_the_camera_has_the_right_sign_and_seven_roundings() {
     });
 }
 
-/// What is wrong with a sight, if anything; and whether it is met, in doubt, or missed.
+/// Checks an intersection. Returns whether it is met, in doubt, or missed.
 fn judge<N: Real>(
     trial: &Trial,
     sights: &Sights<N>,
@@ -43,7 +43,7 @@ fn judge<N: Real>(
     exactly: impl Fn(N, usize) -> Option<Dyadic>,
 ) -> Result<usize, String> {
     let truth = trial.truth();
-    // Of a sight, inverse depth is in units of V: s = vz/z.
+    // Here the inverse depth is in units of V: s = vz/z.
     let unit = trial.camera.z_double();
     let minus_infinity = |value: N| {
         let lanes = N::splat(f64::MIN).exceeds(value).to_bitmask();
