@@ -70,18 +70,18 @@ sanitize-threads:
 	    --no-default-features --lib --test bit_identity -- --skip full_hd
 
 ## proof   error bounds checked by Gappa, Debian's package gappa; scripts to target/proof, written from the formulas that run
-# Those in target/proof/refused claim half of a bound. A warning means a step that Gappa
-# was told and could not check.
+# Those in target/proof/refused claim half of a bound. A warning means a step that was
+# given to Gappa and that it could not check.
 proof:
 	@gappa --version || { echo "gappa is missing: apt-get install gappa"; exit 1; }
 	rm -rf target/proof
 	cargo test --lib -- --ignored bounds::gappa::write_the_scripts
 	@for script in target/proof/*.g; do \
-	    { gappa $$script 2>&1 || echo refused; } | grep -v "renaming identifier" > target/proof/said; \
-	    ! test -s target/proof/said || { echo "$$script:"; cat target/proof/said; exit 1; }; \
+	    { gappa $$script 2>&1 || echo refused; } | grep -v "renaming identifier" > target/proof/output; \
+	    ! test -s target/proof/output || { echo "$$script:"; cat target/proof/output; exit 1; }; \
 	done
 	@for script in target/proof/refused/*.g; do \
-	    ! gappa $$script > target/proof/said 2>&1 || { echo "$$script is half of a bound and was accepted"; exit 1; }; \
+	    ! gappa $$script > target/proof/output 2>&1 || { echo "$$script is half of a bound and was accepted"; exit 1; }; \
 	done
 	@echo "make proof: $$(ls target/proof/*.g | wc -l) bounds proven, $$(ls target/proof/refused/*.g | wc -l) halves refused"
 

@@ -1,10 +1,10 @@
-# Points to a scene in which all of them fit, seen from +z:
+# Makes a scene of points, seen from +z, in which all of them fit:
 #
 #     awk -f fit.awk [-v aspect=1.778] points.txt > scene.txt
 #
 # A line is "x y z", "x y z element", or "x y z radius [red green blue]". Elements
-# get their van der Waals radii (Bondi 1964) and usual colours, points without a
-# radius one that lets them be told apart, and colours by their height.
+# get their van der Waals radii (Bondi 1964) and usual colours. Points without a
+# radius get one that keeps most of them apart, and colours by their height.
 
 BEGIN {
     table = "H 1.2 220,220,220 C 1.7 144,144,144 N 1.55 48,80,248 O 1.52 255,13,13 " \

@@ -180,7 +180,7 @@ impl<'scene> Judge<'scene> {
                 candidates.push((index, sight.depth));
                 if sight.depth > nearest {
                     nearest = sight.depth;
-                    candidates.retain(|&(_, most)| most >= nearest * (1.0 - DEPTH_DOUBT));
+                    candidates.retain(|&(_, depth)| depth >= nearest * (1.0 - DEPTH_DOUBT));
                 }
             }
         }

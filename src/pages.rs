@@ -1,4 +1,4 @@
-//! Huge pages, which only Linux is asked for.
+//! Huge pages, on Linux only.
 
 use std::ops::Range;
 

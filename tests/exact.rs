@@ -398,7 +398,7 @@ fn crowds_of_equals() {
 
 /// Spheres that differ in the sign of a zero are equal.
 #[test]
-fn zeros_of_either_sign() {
+fn spheres_that_differ_in_the_sign_of_zero_are_equal() {
     for (count, radius) in [(20, 0.5), (20, 3.0), (90, 0.5), (90, 3.0)] {
         for seed in 0..4 {
             let spheres: Vec<[f32; 4]> = (0..count)

@@ -202,7 +202,7 @@ fn assert_unharmed(shop: &Workshop) {
     assert_eq!(shop.names(), ["balls.txt", "image.ppm"]);
 }
 
-// Room.
+// Full disks.
 
 #[test]
 fn a_full_disk_is_reported_before_anything_is_drawn() {
@@ -358,7 +358,7 @@ fn a_large_picture_needs_few_addresses() {
 }
 
 #[test]
-fn missing_threads_are_done_without() {
+fn a_picture_is_drawn_with_the_threads_that_can_be_started() {
     let shop = Workshop::new();
     let line = if is_root() {
         // Root has no limit.
@@ -570,7 +570,7 @@ fn being_killed_leaves_the_old_image_and_nothing_else() {
 }
 
 #[test]
-fn what_was_to_be_ignored_is_ignored() {
+fn ignored_signals_stay_ignored() {
     let shop = Workshop::new();
     let line = format!("trap '' HUP INT; exec env --default-signal=TERM $SFERA {SLOW}");
     let child = begin(&mut shop.shell(&line));

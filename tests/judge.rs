@@ -277,15 +277,15 @@ fn common_mistakes_are_named() {
                 depth: |least, _| Some(least),
                 ..RIGHT
             },
-            &["spheres behind the camera hide those before it"],
+            &["spheres behind the camera hide those in front of it"],
         ),
         (
-            "no sphere from within",
+            "no sphere from inside",
             Renderer {
                 depth: |least, _| (least > 0.0).then_some(least),
                 ..RIGHT
             },
-            &["spheres around the camera are not seen"],
+            &["spheres that contain the camera are not seen"],
         ),
         (
             "spheres on either side, mirrored, through centres",
@@ -357,7 +357,7 @@ fn textbook_pixels() -> Vec<u8> {
 }
 
 #[test]
-fn rounding_is_told_from_a_mistake() {
+fn rounding_is_distinguished_from_a_mistake() {
     let shop = Workshop::new();
     // A sphere whose outline passes through pixels, and two that nearly tie in a pixel.
     shop.write(
@@ -501,7 +501,7 @@ fn the_first_ten_are_shown_and_all_are_counted() {
         "{text}"
     );
     assert!(
-        text.contains("\n       ...\nthe worst of 200 looked at:\n"),
+        text.contains("\n       ...\nthe worst of 200 examined:\n"),
         "{text}"
     );
     assert_eq!(

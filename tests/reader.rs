@@ -201,7 +201,7 @@ fn a_byte_order_mark_at_the_very_beginning_is_skipped() {
 
 /// The advice on common mistakes of programs, and that the reader takes what it advises.
 #[test]
-fn advice_says_what_to_write_and_that_is_taken() {
+fn advice_says_what_to_write_and_the_reader_accepts_it() {
     for (written, advised) in [
         ("S -7.-1. 9 0.25 0 0 255", "-7. -1."),
         ("S 1-2+3 0.25 0 0 255", "1 -2 +3"),
@@ -272,7 +272,7 @@ fn advice_does_not_depend_on_windows() {
 }
 
 #[test]
-fn a_comment_that_is_meant_as_one_is_not_taken_for_something_else() {
+fn a_comment_that_is_meant_as_one_gets_no_advice_on_colours() {
     for (sphere, wanted) in [
         ("S 1 0 7 0.25 # bad\n", "only 4 of its 7 numbers"),
         ("S 1 0 7 #bad\n", "only 3 of its 7 numbers"),
@@ -405,7 +405,7 @@ fn a_file_that_is_cut_while_it_is_read_is_a_scene_or_an_error() {
 }
 
 #[test]
-fn long_lines_are_shown_in_part_and_told_right() {
+fn long_lines_are_shown_in_part_with_the_right_place() {
     let spheres = "S 0 0 5 1 9 9 9 ".repeat(400_000);
     let text = format!("VP 1 1 1 BG 0 0 0 OBJ_N 400001 {spheres}S 0 0 5 1 9 9 900");
     let error = refusal_of(text.as_bytes());
@@ -521,7 +521,7 @@ proptest! {
     }
 
     #[test]
-    fn no_bytes_at_all_make_it_panic(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+    fn no_bytes_cause_a_panic(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
         if let Err(error) = Scene::parse(&bytes) {
             prop_assert!(error.to_string().chars().all(|c| c == '\n' || !c.is_control()));
         }

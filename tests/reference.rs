@@ -89,7 +89,7 @@ fn a_tangent_ray_off_every_axis_sees_the_sphere() {
 }
 
 #[test]
-fn behind_is_invisible_even_along_the_tangent() {
+fn spheres_behind_the_camera_are_invisible() {
     assert_eq!(ahead(&[[0.0, 0.0, -4.0, 1.0]]), None);
     assert_eq!(ahead(&[[1.0, 0.0, -4.0, 1.0]]), None);
     // Partly in front of the plane of the camera, but the ray never meets it.

@@ -66,7 +66,7 @@ pub(crate) struct Job {
     #[arg(long, value_enum, default_value_t)]
     method: MethodName,
 
-    /// Run a float method pixel by pixel: the same, slower
+    /// Run a float method pixel by pixel: same bytes, slower
     #[arg(long)]
     scalar: bool,
 
@@ -102,11 +102,11 @@ pub(crate) struct Job {
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum MethodName {
-    /// f32, the formula as taught
+    /// f32, the textbook formula
     Textbook,
-    /// f32, the stable form of it
+    /// f32, the stable form of the formula
     Geometric,
-    /// f64, the formula as taught
+    /// f64, the textbook formula
     Double,
     /// Every pixel proven right, and the fastest
     #[default]
@@ -128,7 +128,7 @@ pub(crate) enum Page {
     Man,
 }
 
-/// How `--stats` is told.
+/// The format of `--stats`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Style {
     Text,
@@ -381,9 +381,9 @@ Examples:
   sfera scene.txt picture.png 1920 1080              a picture
   make-scene | sfera - - 800 600 | show-ppm          in a pipe
   sfera scene.txt picture.ppm 1920 1080 --compare    speed against accuracy
-  sfera scene.txt theirs.ppm 1920 1080 --verify      is their picture right?
-  sfera scene.txt large.ppm 32768 32768 --rows 0..4096    a part of it
-  sfera --generate man | man -l -                    more of them
+  sfera scene.txt other.ppm 1920 1080 --verify       checks another picture
+  sfera scene.txt large.ppm 32768 32768 --rows 0..4096    some of its rows
+  sfera --generate man | man -l -                    more examples
 
 {all-args}{after-help}";
 
@@ -410,7 +410,7 @@ Examples:
   Where the textbook formula in floats is wrong:
     sfera scene.txt textbook.ppm 1920 1080 --method textbook --diff wrong.png
   Which pixels of another program's picture are wrong, and why:
-    sfera scene.txt theirs.ppm 1920 1080 --verify
+    sfera scene.txt other.ppm 1920 1080 --verify
     my-renderer scene.txt | sfera scene.txt - 1920 1080 --verify --diff wrong.png
   A large picture in two parts, in any order, on one machine or two; then checked:
     sfera scene.txt large.ppm 32768 32768 --rows 0..16384

@@ -21,7 +21,7 @@ pub(crate) enum Failure {
 
 pub(crate) const EXIT_NOBODY_READS: u8 = 141;
 
-/// Its name in messages.
+/// The name of standard input in messages.
 pub(crate) const STANDARD_INPUT: &str = "standard input";
 
 /// Every conversion is from an error that names its file, or from a message of our own.

@@ -55,7 +55,7 @@ fn out_of_memory(bytes: usize) -> ! {
     let mut rest = &mut message[..];
     let _ = writeln!(
         rest,
-        "sfera: out of memory: {bytes} bytes more can't be had; raise the limit on addresses (ulimit -v), or free some memory"
+        "sfera: out of memory: can't allocate {bytes} bytes; raise the limit on addresses (ulimit -v), or free some memory"
     );
     let left = rest.len();
     signals::end_with(&message[..message.len() - left], 1)

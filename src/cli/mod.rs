@@ -1,4 +1,4 @@
-//! What the program does: one module for each concern, `run` in the order of events.
+//! The program: a module for each of its tasks. `run` calls them in order.
 //!
 //! | exit code | meaning |
 //! | --- | --- |
@@ -19,7 +19,7 @@
 //! | module | what it does |
 //! | --- | --- |
 //! | `failure`, `messages` | why the program fails, and its messages |
-//! | `system`, `processor` | what it needs of the operating system and of the CPU |
+//! | `system`, `processor` | functions of the operating system, and a check of the CPU |
 //! | `png` | PNG files, written and read |
 //! | `arguments`, `generate` | the command line, and its manual page and completions |
 //! | `signals`, `memory` | signals, and failed allocations |

@@ -28,7 +28,7 @@ pub(crate) fn is_name_of_png(path: &Path) -> bool {
     ending(path).is_some_and(|ending| ending == "png")
 }
 
-/// The most columns or rows that the format has numbers for.
+/// The greatest width and height that the format can express.
 pub(crate) const LONGEST_SIDE: u32 = i32::MAX as u32;
 
 /// The first bytes of every PNG.

@@ -95,11 +95,11 @@ impl Report<'_> {
         }
         if self.job.method() == Method::Exact {
             text.push_str("settled ");
-            for (index, (rung, pixels)) in rungs(&self.counts).into_iter().enumerate() {
+            for (index, (stage, pixels)) in stages(&self.counts).into_iter().enumerate() {
                 let comma = if index == 0 { "" } else { ", " };
-                let _ = write!(text, "{comma}{pixels} pixels by {rung}");
+                let _ = write!(text, "{comma}{pixels} pixels by {stage}");
             }
-            let _ = writeln!(text, "; {} spheres looked at", self.counts.sphere_tests);
+            let _ = writeln!(text, "; {} spheres tested", self.counts.sphere_tests);
         }
         text
     }
@@ -120,9 +120,9 @@ impl Report<'_> {
         );
         if job.method() == Method::Exact {
             json.push_str(",\"settled_pixels\":{");
-            for (index, (rung, pixels)) in rungs(&self.counts).into_iter().enumerate() {
+            for (index, (stage, pixels)) in stages(&self.counts).into_iter().enumerate() {
                 let comma = if index == 0 { "" } else { "," };
-                let _ = write!(json, "{comma}\"{rung}\":{pixels}");
+                let _ = write!(json, "{comma}\"{stage}\":{pixels}");
             }
             let _ = write!(json, "}},\"sphere_tests\":{}", self.counts.sphere_tests);
         }
@@ -144,8 +144,8 @@ pub(crate) fn json_of_job(job: &Job, spheres: usize) -> String {
     )
 }
 
-/// The rungs of the ladder, and the pixels that each settled.
-fn rungs(counts: &Counts) -> [(&'static str, u64); 5] {
+/// The stages of the engine, and the pixels that each settled.
+fn stages(counts: &Counts) -> [(&'static str, u64); 5] {
     [
         ("runs", counts.pixels_in_runs),
         ("packets", counts.pixels_in_packets),

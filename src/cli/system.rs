@@ -1,5 +1,5 @@
-//! What the program needs of the operating system and `std` does not offer. Signals have a
-//! module of their own.
+//! Functions of the operating system that the program needs and `std` does not offer.
+//! Signals have a module of their own.
 
 use std::{
     fs::{File, Metadata},

@@ -1,4 +1,4 @@
-//! `textbook`, f32: the quadratic formula as it is taught.
+//! `textbook`, f32: the quadratic formula of textbooks.
 //!
 //! ```text
 //! d = V/|V|

@@ -81,8 +81,8 @@ pub(super) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// The file at the end of a chain of symbolic links, whether it exists or not: the same as
-/// the operating system finds, or an error.
+/// The file at the end of a chain of symbolic links, whether it exists or not: the file that
+/// the operating system would find, or an error.
 fn follow(path: &Path) -> Result<Target, ImageError> {
     /// The limit of Linux.
     const MAX_LINKS: u32 = 40;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How many jobs, and bands of how many rows? A plan for drawing beyond one machine.
+"""Computes how many jobs and how many rows per band are best on a cluster.
 
     plan.py --sfera target/release/sfera          measures this machine, then plans
     plan.py --start 0.002 --read 0.2e9 ...        plans with the given figures
@@ -60,7 +60,7 @@ def measure(sfera, spheres, launch):
         scene, image = Path(folder, "scene.txt"), Path(folder, "image.ppm")
         scene.write_text(cloud(spheres))
         scene_bytes = scene.stat().st_size
-        # The difference of two bands is that of their pixels alone.
+        # Two bands differ only in the number of pixels.
         small, large = (median_run(sfera, scene, image, side, rows) for rows in (few, many))
         pixel = (large["render"] - small["render"]) / (side * (many - few))
         prepare = small["prepare"] + max(0, small["render"] - pixel * side * few)
@@ -82,7 +82,7 @@ def median_run(sfera, scene, image, side, rows):
             raise SystemExit(process.stderr)
         phases = json.loads(process.stderr.splitlines()[-1])["milliseconds"]
         runs.append({"wall": wall, **{phase: ms / 1e3 for phase, ms in phases.items()}})
-    # The first run makes the file and brings all else into memory.
+    # The first run makes the file and reads everything else into memory.
     return {phase: statistics.median(run[phase] for run in runs[1:]) for phase in runs[0]}
 
 
@@ -102,7 +102,7 @@ def cloud(spheres):
 # --- Planning.
 
 def fixed_seconds(figures, job):
-    """What each band costs before its first pixel."""
+    """The time of each band before its first pixel."""
     return figures.launch + figures.start + job.scene_bytes / figures.read + figures.prepare
 
 
@@ -205,7 +205,7 @@ def print_plan(figures, job, bandwidth, client):
     for jobs in JOBS:
         if jobs > job.height:
             break
-        # One band a job: with bands equally hard, more of them only cost more.
+        # One band for each job: if bands take equally long, more bands only cost more.
         seconds = simulate(figures, job, jobs, jobs, bandwidth, client)
         rows = job.height / jobs
         overhead = fixed / (fixed + rows * row)

@@ -5,8 +5,8 @@
 #     render-parallel.sh BANDS SCENE IMAGE WIDTH HEIGHT [options of sfera]
 #     HOSTS=2/alpha,2/beta render-parallel.sh 64 scene.txt poster.ppm 200000 200000
 #
-# Stopped or killed, the same command goes on where it was: finished bands are
-# in a job log beside the image, which goes when the image is complete.
+# If it was stopped or killed, the same command draws only the missing bands: a job
+# log beside the image lists the finished ones. It is removed when the image is complete.
 #
 #   HOSTS  hosts as --sshlogin takes them; this machine if unset
 #   JOBS   processes on each host, as --jobs takes it; 100% if unset: one a core
@@ -24,9 +24,9 @@ if ((bands > height)); then
     bands=$height
 fi
 
-# Bands of another picture are not bands of this one: the log's name holds the
-# whole command. Nor is there anything to resume of an image that is gone, or
-# older than its scene.
+# The name of the log depends on the whole command, so that bands of another picture
+# are not taken for bands of this one. If the image was removed, or is older than its
+# scene, all bands are drawn.
 joblog=$image.$(printf '%s\n' "$bands" "$@" | cksum | cut -d ' ' -f 1).joblog
 if [[ ! -e "$image" || "$scene" -nt "$joblog" ]]; then
     rm -f "$joblog"

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# `make cluster-test`: the recipes beside this file, run for real on a cluster
-# of this one machine, with bands killed and a node lost in mid-picture. Needs
-# root on Debian; installs what is missing, and leaves nothing behind.
+# `make cluster-test`: runs the recipes beside this file on a cluster of two nodes on
+# this machine. Bands are killed, and a node is lost while it draws. Needs root on
+# Debian; installs the packages that are missing, and removes them afterwards.
 #
-# The cluster lives in namespaces of its own (processes, network, mounts, host
-# name): it sees no network but a loopback, can't meet a Slurm or munge of this
-# machine, and ends, all of it, with its first process, however that ends.
+# The cluster has namespaces of its own (processes, network, mounts, host name): its
+# only network is a loopback, it can't reach a Slurm or munge of this machine, and all
+# its processes end with the first one.
 set -euo pipefail
 PATH=$PATH:/usr/sbin:/sbin
 
@@ -42,7 +42,7 @@ main() {
 
     install_packages
     unshare "${NAMESPACES[@]}" true ||
-        fail "no namespaces to be had; a container needs to be a privileged one"
+        fail "can't make namespaces; a container needs to be a privileged one"
     unshare "${NAMESPACES[@]}" "${BASH_SOURCE[0]}" inside "$work" &
     cluster=$!
     while [[ -n "$(jobs -pr)" ]]; do
@@ -95,8 +95,8 @@ packages() {
     dpkg-query --show --showformat '${Package}\n' | sort -u
 }
 
-# Exactly those that came with this run. If something else has come to need one
-# meanwhile, dpkg refuses. KEEP_PACKAGES=1 keeps them for the next run.
+# Exactly the packages that this run installed. If another package needs one of them
+# by now, dpkg refuses. KEEP_PACKAGES=1 keeps them for the next run.
 remove_packages() {
     local new
     mapfile -t new < <(packages | comm -13 "$packages_before" -)
@@ -115,12 +115,12 @@ inside() {
     stage="the machine"
     trap report EXIT
     exec </dev/null
-    # munged wants the way to its socket open to all.
+    # munged requires that every user can reach its socket.
     chmod 711 "$work"
     mkdir "$work"/{munge,slurm,ssh,logs,bin}
     ip link set lo up
-    # Slurm looks names up for the families of the addresses there are, and
-    # 127.0.0.1 is not counted among them.
+    # Slurm resolves names only for address families that an interface has, and it
+    # ignores 127.0.0.1.
     ip address add 127.0.0.2/8 dev lo
     ip address add 127.0.0.3/8 dev lo
     hostname controller
@@ -173,7 +173,7 @@ make_scene() {
     }'
 }
 
-# Every call of the program leaves a line: where, and its arguments.
+# Each call of the program writes a line: the node and the arguments.
 log_calls() {
     calls=$work/logs/calls
     : >"$calls"
@@ -218,7 +218,7 @@ bands_on() { # NODE
 parent_of() { ps -o ppid= -p "$1" | tr -d ' '; }
 
 start_munge() {
-    # Munge takes no key that others could write, nor a socket in a hidden place.
+    # Munge refuses a key that others could write, and a socket that others can't reach.
     (umask 077 && head -c 128 /dev/urandom >"$work/munge/key")
     munged --foreground --socket="$work/munge/socket" --key-file="$work/munge/key" \
         --pid-file="$work/munge/pid" --seed-file="$work/munge/seed" \
@@ -348,8 +348,8 @@ damage() { # IMAGE ROW
         dd of="$1" bs=1 seek="$at" conv=notrunc status=none
 }
 
-# Even bands, then odd ones: for file systems that keep their promises by the
-# page, as no two bands drawn at one time share one.
+# Even bands, then odd ones, for file systems that are consistent only by whole pages:
+# bands that are drawn at the same time then share no page.
 test_two_passes() {
     local image=$work/passes.ppm even odd
     export BANDS
@@ -366,7 +366,7 @@ test_two_passes() {
     say "job arrays of even, then odd bands, $BANDS in $((SECONDS - start)) s on 4 slots: the same bytes"
 }
 
-# Killed as by a loss of power: parallel, its script and the bands at once.
+# As by a power failure: parallel, its script and the bands are killed at once.
 test_parallel() {
     local image=$work/parallel.ppm script finished before
     local command=("$recipes/render-parallel.sh" "$BANDS" "$scene" "$image" "$WIDTH" "$HEIGHT" "${SLOW[@]}")
@@ -411,7 +411,7 @@ StrictHostKeyChecking no
 UserKnownHostsFile $work/ssh/known_hosts
 LogLevel ERROR
 EOF
-    # A root without a password may be locked, and sshd lets no locked user in.
+    # A root account without a password may be locked, and sshd refuses locked accounts.
     sed 's/^root:[^:]*:/root:*:/' /etc/shadow >"$work/ssh/shadow"
     mount --bind "$work/ssh/shadow" /etc/shadow
     "$(command -v sshd)" -D -e -f "$work/ssh/sshd_config" >>"$work/logs/sshd" 2>&1 &
@@ -449,7 +449,7 @@ test_random() { # KILLS
     done
     wait "$workers" || fail "a band failed"
     started=$(($(wc -l <"$calls") - before))
-    # A band killed as it ended may have been whole already.
+    # A band that was killed at its end may already be complete.
     ((started > BANDS + kills * 3 / 4 || kills == 0)) || fail "$kills kills, but only $started starts"
     expect_the_picture "$image"
     say "$BANDS bands in random order by $WORKERS processes, $kills killed, $started started: the same bytes"

@@ -171,9 +171,9 @@ impl From<Output> for Ran {
 
 /// Waits until a condition holds; panics after a long time.
 #[track_caller]
-pub(crate) fn wait_until(what: &str, mut so: impl FnMut() -> bool) {
+pub(crate) fn wait_until(what: &str, mut condition: impl FnMut() -> bool) {
     let start = Instant::now();
-    while !so() {
+    while !condition() {
         assert!(
             start.elapsed() < Duration::from_secs(60),
             "waited for: {what}"

@@ -172,7 +172,7 @@ fn a_difference_that_can_not_be_made_is_reported_before_anything_is_drawn() {
 }
 
 #[test]
-fn what_has_the_name_is_looked_at_again_before_it_is_replaced() {
+fn a_file_is_examined_again_before_it_is_replaced() {
     let shop = Workshop::new();
     let drawn_while = |change: &dyn Fn()| {
         let _ = fs::remove_file(shop.path("image.ppm"));
@@ -235,7 +235,7 @@ fn rows_of_a_file_that_goes_away_are_reported() {
 }
 
 #[test]
-fn a_directory_that_only_grows_is_reported_before_anything_is_drawn() {
+fn an_append_only_directory_is_reported_before_anything_is_drawn() {
     let Some(disk) = Disk::of_blocks("a directory that only grows", "ext4", 16) else {
         return;
     };

@@ -17,7 +17,7 @@ fn tool(shop: &Workshop, line: &str) -> bool {
     ran.code == 0
 }
 
-fn told(shop: &Workshop, line: &str) -> String {
+fn output_of(shop: &Workshop, line: &str) -> String {
     let ran = Ran::of(&mut shop.shell(line));
     String::from_utf8(ran.stdout).expect("text")
 }
@@ -37,11 +37,11 @@ fn an_access_control_list_and_other_attributes_are_kept() {
     ) {
         return;
     }
-    let before = told(&shop, "getfacl -cn image.ppm; getfattr -d image.ppm");
+    let before = output_of(&shop, "getfacl -cn image.ppm; getfattr -d image.ppm");
     assert!(before.contains("group::---") && before.contains("artist"));
     shop.run("balls.txt image.ppm 64 48").succeeds();
     assert_eq!(
-        told(&shop, "getfacl -cn image.ppm; getfattr -d image.ppm"),
+        output_of(&shop, "getfacl -cn image.ppm; getfattr -d image.ppm"),
         before
     );
     assert_eq!(shop.read("image.ppm"), shop.balls(64, 48));
@@ -55,12 +55,12 @@ fn a_list_that_the_directory_gives_to_new_files_is_not_the_old_ones() {
     if !tool(&shop, "setfacl -d -m u:65534:rw- .") {
         return;
     }
-    let before = told(&shop, "getfacl -cn image.ppm");
+    let before = output_of(&shop, "getfacl -cn image.ppm");
     shop.run("balls.txt image.ppm 64 48").succeeds();
-    assert_eq!(told(&shop, "getfacl -cn image.ppm"), before);
+    assert_eq!(output_of(&shop, "getfacl -cn image.ppm"), before);
     // A new image gets the list of the directory.
     shop.run("balls.txt new.ppm 64 48").succeeds();
-    assert!(told(&shop, "getfacl -cn new.ppm").contains("user:65534:rw-"));
+    assert!(output_of(&shop, "getfacl -cn new.ppm").contains("user:65534:rw-"));
 }
 
 /// Bob (3002) replaces a file of Alice's (3001). Returns its owner, group and mode.
@@ -133,7 +133,7 @@ fn a_list_that_can_not_be_passed_on_whole_is_narrowed() {
         return;
     }
     ran.succeeds();
-    let list = told(&shop, "getfacl -cn image.ppm");
+    let list = output_of(&shop, "getfacl -cn image.ppm");
     // Bob's group had the rights of others, except for its members that are also in 5000.
     for entry in [
         "user::rw-",
@@ -165,7 +165,7 @@ fn root_passes_on_the_owner_too() {
 }
 
 #[test]
-fn a_draft_is_nobody_elses_to_read() {
+fn only_its_owner_can_read_a_draft() {
     let shop = Workshop::new();
     shop.write("image.ppm", OLD);
     set(&shop.path("image.ppm"), 0o600);

@@ -50,7 +50,7 @@ fn a_full_disk_that_can_not_reserve_is_reported_for_a_new_image() {
 }
 
 #[test]
-fn blocks_that_a_snapshot_keeps_are_not_taken_for_room() {
+fn blocks_shared_with_a_snapshot_are_not_counted_as_reserved() {
     let Some(disk) = Disk::of_blocks("a snapshot", "btrfs", 160) else {
         return;
     };

@@ -160,7 +160,7 @@ fn a_lost_page_of_the_difference_is_reported_for_the_difference() {
 
 /// Checked by the system calls, since it is chance whether a second thread is in time.
 #[test]
-fn a_lost_page_is_our_signal_alone() {
+fn the_handler_of_a_lost_page_is_not_replaced_while_it_runs() {
     let shop = Workshop::new();
     let line = format!(
         "exec strace -f -o trace -e trace=rt_sigaction $SFERA {SLOW} --rows 0..4000 --threads 8"
@@ -206,7 +206,7 @@ fn many_threads_that_lose_their_pages_end_by_one_message() {
 }
 
 #[test]
-fn what_is_ignored_stays_so_without_proc_too() {
+fn ignored_signals_stay_ignored_without_proc() {
     if !as_root("ignored signals without /proc") {
         return;
     }
@@ -243,7 +243,7 @@ fn pipes_are_opened_when_there_is_something_to_write() {
 }
 
 #[test]
-fn a_pipe_that_is_waited_for_is_reported() {
+fn waiting_for_a_pipe_is_reported() {
     let shop = Workshop::new();
     assert_eq!(shop.run_shell("exec mkfifo pipe").code, 0);
     for (options, word) in [("", "read it"), ("--verify", "write it")] {
@@ -260,7 +260,7 @@ fn a_pipe_that_is_waited_for_is_reported() {
 }
 
 #[test]
-fn a_lock_that_is_waited_for_is_reported() {
+fn waiting_for_a_lock_is_reported() {
     let shop = Workshop::new();
     for (quiet, reported) in [("", true), ("--quiet", false)] {
         let ran = shop.run_shell(&format!(

@@ -1,9 +1,9 @@
-//! Which common mistake would explain a wrong picture?
+//! Finds the common mistake that explains a wrong picture.
 //!
 //! The engine can draw the picture that a mistake produces. Another rule for the rays is
 //! the right rule at another size: the rays through the centres of `n` pixels are every
-//! second one of the `2n + 1` rays from edge to edge. Spheres that are wrongly seen behind
-//! the camera are spheres reflected in the origin.
+//! second one of the `2n + 1` rays from edge to edge. A program that shows spheres behind
+//! the camera shows their reflections in the origin.
 
 use std::{
     ops::Range,
@@ -190,7 +190,7 @@ pub(super) fn best_fit(scene: &Scene, size: ImageSize, sample: &Sample) -> Optio
         inside: scene
             .spheres()
             .iter()
-            .any(|sphere| is_around_camera(&sphere)),
+            .any(|sphere| contains_camera(&sphere)),
         start: Instant::now(),
     };
     let all = trial.wrong(Guess::RIGHT)?;
@@ -351,7 +351,7 @@ fn altered_scene(scene: &Scene, depth: Depth, [across, upright]: [f64; 2]) -> Op
             Scene::new(viewport, background, with_reflected.flatten())
         }
         Depth::Outside => {
-            let outside = spheres.filter(|sphere| !is_around_camera(sphere));
+            let outside = spheres.filter(|sphere| !contains_camera(sphere));
             Scene::new(viewport, background, outside)
         }
     }
@@ -364,7 +364,7 @@ fn reflected(sphere: Sphere) -> Option<Sphere> {
     Sphere::new(centre, sphere.radius(), sphere.colour()).ok()
 }
 
-fn is_around_camera(sphere: &Sphere) -> bool {
+fn contains_camera(sphere: &Sphere) -> bool {
     let squares = sphere
         .centre()
         .map(|coordinate| f64::from(coordinate).powi(2));

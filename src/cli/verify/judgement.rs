@@ -13,7 +13,7 @@ use super::{
 };
 use crate::cli::arguments::Job;
 
-/// What was found out about the wrong pixels.
+/// The findings on the wrong pixels.
 #[derive(Debug, Default)]
 pub(super) struct Judgement {
     /// The verdicts on the first wrong pixels, in their order; empty if the picture is

@@ -1,5 +1,5 @@
-//! `--verify`: is a picture, whoever drew it, what the method draws? And if not,
-//! where, by how much, and why?
+//! `--verify`: compares a picture that any program drew with the one that the method
+//! draws, and says which pixels differ, by how much, and why.
 //!
 //! The picture is a binary PPM of the right size with any style of header, from a file
 //! or a pipe, or a PNG file. Exit code 0 means right. Exit code 1 means wrong, and the
@@ -13,10 +13,10 @@
 //!       1228        554    0   0 195    0   0 225  sphere 12 (line 15); 6.6e-5 pixels to the outline of sphere 13 (line 16)
 //!       1163        954    0 180   0  255 255 255  the background; 3.8e-4 pixels to the outline of sphere 8 (line 11)
 //!       1132       1008    0 180   0  255 255 255  the background; 0.002 pixels to the outline of sphere 8 (line 11)
-//! the worst of 4 looked at:
+//! the worst of 4 examined:
 //!       1132       1008    0 180   0  255 255 255  the background; 0.002 pixels to the outline of sphere 8 (line 11)
 //! sfera: standard input: 4 of 2073600 pixels differ, 1.929 per million, in 4 of 1080 rows: 525..526, 554..555, 954..955, 1008..1009;
-//! this is rounding in floats: an error of 2.1e-7 in the squares of the textbook formula explains every pixel looked at
+//! this is rounding in floats: an error of 2.1e-7 in the squares of the textbook formula explains every pixel examined
 //! ```
 //!
 //! Rounding errors occur only near outlines, and where two spheres are almost equally

@@ -34,7 +34,7 @@ pub(super) struct Findings<'a> {
     pub(super) clock: &'a Clock,
 }
 
-/// Tells what was found, and fails if a pixel is wrong.
+/// Prints the findings. Fails if a pixel is wrong.
 pub(super) fn report(findings: &Findings<'_>) -> Result<(), Failure> {
     let Findings { job, tally, .. } = findings;
     if job.stats == Some(Style::Json) {
@@ -107,7 +107,7 @@ impl Findings<'_> {
         };
         Some(format!(
             "this is rounding in {kind}: an error of {} in the squares of the textbook formula \
-             explains every pixel looked at",
+             explains every pixel examined",
             short(rounding)
         ))
     }
@@ -133,7 +133,7 @@ impl Findings<'_> {
             text += "       ...\n";
         }
         if let Some((wrong, verdict)) = &self.judgement.worst {
-            let _ = writeln!(text, "the worst of {} looked at:", self.judgement.looked_at);
+            let _ = writeln!(text, "the worst of {} examined:", self.judgement.looked_at);
             self.line(&mut text, wrong, Some(verdict));
         }
         if let Some(Fit { guess, wrong, of }) = self.judgement.fit {
@@ -319,16 +319,16 @@ fn words(guess: Guess) -> String {
         Depth::Nearest => None,
         Depth::EitherSide => Some("spheres behind the camera are seen too (t < 0 is taken)"),
         Depth::Least => Some(
-            "spheres behind the camera hide those before it (the least t is taken, even if t < 0)",
+            "spheres behind the camera hide those in front of it (the least t is taken, even if t < 0)",
         ),
-        Depth::Outside => Some("spheres around the camera are not seen from within"),
+        Depth::Outside => Some("spheres that contain the camera are not seen from inside"),
     };
     let words = [orientation, rules.as_deref(), depth];
     let words: Vec<&str> = words.into_iter().flatten().collect();
     words.join(", and ")
 }
 
-/// The share of the viewport at which pixel `i` of `n` looks through it.
+/// The place where pixel `i` of `n` looks through the viewport, as a fraction of its side.
 fn formula(rule: Rule, i: char, n: char) -> String {
     match rule {
         Rule::Edges => format!("{i}/({n}-1)"),

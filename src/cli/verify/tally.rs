@@ -16,7 +16,8 @@ pub(super) struct Wrong {
     pub(super) right: Rgb,
 }
 
-/// What is counted and kept while a picture is compared; its memory is bounded.
+/// The counts, and the wrong pixels that are kept while a picture is compared. Its memory is
+/// bounded.
 #[derive(Debug)]
 pub(super) struct Tally {
     size: ImageSize,
@@ -187,7 +188,7 @@ impl Ranges {
         }
     }
 
-    /// Those that are shown, and whether they are all.
+    /// The ranges that are shown, and whether these are all.
     pub(super) fn shown(&self) -> (&[Range<u32>], bool) {
         let shown = self.ranges.len().min(Self::SHOWN);
         (&self.ranges[..shown], shown == self.ranges.len())

@@ -1,5 +1,5 @@
-//! What the modules of `ppm` need of the operating system and `std` does not offer. Only
-//! the modules of this folder depend on the kind of system.
+//! Functions of the operating system that the modules of `ppm` need and `std` does not
+//! offer. Only the modules of this folder depend on the kind of system.
 
 mod attributes;
 #[cfg(unix)]

@@ -43,8 +43,8 @@ fn remedy_of_kind(error: &io::Error) -> &'static str {
         Some(Errno::BUSY) => {
             "; it is in use, as a file that is mounted by itself: name another file, or write into it with - as the image and > to redirect"
         }
-        Some(Errno::STALE) => "; the network file system has lost it: look whether it is mounted",
-        Some(Errno::IO) => "; the disk or the network failed: look into the system's log (dmesg)",
+        Some(Errno::STALE) => "; the network file system has lost it: check whether it is mounted",
+        Some(Errno::IO) => "; the disk or the network failed: see the system's log (dmesg)",
         Some(Errno::BADF) => "; the descriptor is closed, or not open for writing",
         Some(Errno::LOOP) => {
             "; the symbolic links run in a circle, are too many, or are on a file system where none are followed: name the file itself"
