@@ -3,7 +3,7 @@
 //
 //     embree SCENE WIDTH HEIGHT THREADS RUNS [MODE [IMAGE]]
 //
-// One line of JSON a mode, times in milliseconds from spheres in memory to RGB in memory: build (scene, geometry,
+// Prints one line of JSON for each mode, times in milliseconds from spheres in memory to RGB in memory: build (scene, geometry,
 // commit) and trace. MODE is one of the printed names; without it all are run. Closing the scene is not counted.
 
 #if __has_include(<embree4/rtcore.h>)

@@ -1,5 +1,5 @@
-/* The floor of the whole command: a process that does nothing but fill a mapped file with as many bytes as the image
- * has, in one of the ways pages can be had.
+/* The lower bound of the whole command: a process that only fills a file with as many bytes as the image has, in one
+ * of the ways to get its pages.
  *
  *     floor WAY FILE BYTES THREADS
  *

@@ -1,10 +1,10 @@
-/* Times whole commands, from exec to exit, in turns, so that what the machine does meanwhile meets all alike.
+/* Times whole commands, from exec to exit, in turns, so that other load of the machine affects all of them equally.
  *
  *     measure RUNS SECONDS FILE LOG -- COMMAND.. [-- COMMAND..]..
  *
  * FILE is removed before every run; the outputs of command k are appended to LOG.k. A command that has used up SECONDS
- * is run no more once it has run three times, and killed in a run that lasts 10 times as long. Prints one line of JSON
- * a command: wall times in milliseconds, peak resident memory in KiB, and the exit status of the last run.
+ * is not started again after its third run, and a run that lasts 10 times as long is killed. Prints one line of JSON for
+ * each command: wall times in milliseconds, peak resident memory in KiB, and the exit status of the last run.
  */
 #define _GNU_SOURCE
 #include <fcntl.h>

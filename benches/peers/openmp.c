@@ -1,5 +1,5 @@
-/* The renderer one writes in an afternoon: every ray against every sphere, nearest hit by inverse depth, rows shared
- * out by OpenMP and the inner loop left to the compiler (-O3 -march=native).
+/* A simple renderer: every ray against every sphere, nearest hit by inverse depth. OpenMP distributes the rows, and the
+ * compiler vectorises the inner loop (-O3 -march=native).
  *
  *     openmp SCENE WIDTH HEIGHT THREADS RUNS [IMAGE]
  */
@@ -29,7 +29,7 @@ static void draw_row(const struct scene *scene, const float *c, const float *x, 
         float b = bx * x[first + i] + yz;
         float d = b * b - a[i] * ck;
         float root = sqrtf(d > 0.0f ? d : 0.0f);
-        /* 1/t: (b + root)/c outside, a/(b + root) is the same number and right inside as well. */
+        /* 1/t is (b + root)/c outside; a/(b + root) is the same number, and is right inside too. */
         float inverse = ck > 0.0f ? (b + root) / ck : a[i] / (b + root);
         int nearer = (d >= 0.0f) & (inverse > best[i]);
         best[i] = nearer ? inverse : best[i];
@@ -51,7 +51,7 @@ int main(int argc, char **argv) {
   memset(rgb, 1, (size_t)width * height * 3);
   double *build = (double *)malloc(sizeof(double) * (size_t)runs), *trace = (double *)malloc(sizeof(double) * (size_t)runs);
 
-  for (int run = -1; run < runs; run++) { /* the first only wakes the threads */
+  for (int run = -1; run < runs; run++) { /* the first run only wakes the threads */
     double start = milliseconds();
     float *x = pixel_positions(scene.viewport[0], width), *y = pixel_positions(scene.viewport[1], height);
     float *c = (float *)malloc(sizeof(float) * ((size_t)scene.count + 1));

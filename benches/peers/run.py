@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""sfera and what people would use instead, on the same scenes in the same run: `make peers`.
+"""Measures sfera and other renderers on the same scenes in the same run: `make peers`.
 
-Builds what is there, skips by name what is not, prints the tables and saves them beside this file as results.md and
-results.csv. Needs Python's standard library, cargo, and gcc and g++ for the peers in C. Everything it makes is under
+Builds the peers whose tools are installed, names those it skips, prints the tables and saves them beside this file as
+results.md and results.csv. Needs Python's standard library, cargo, and gcc and g++ for the peers in C. Everything it makes is under
 target/peers.
 
 In memory: from spheres in memory to RGB in memory, the tree's build included, threads warmed. The programs take turns,
 a few runs each, three times around; the figures are medians of all their runs. Embree's modes are each tried first; its
-best two by build + trace then take their turns, and the better one is reported. `splat` is the fastest inexact way we
-know, with 8 and with 16 lanes; `bounds ignored` is sfera's engine that takes what it computes for exact.
+best two by build + trace then take their turns, and the better one is reported. `splat` is the fastest inexact
+rasteriser that we could write, with 8 and with 16 lanes; `bounds ignored` is sfera's engine without its error bounds.
 Reading: the reader of sfera against merely reading the text and parsing its numbers with Rust's standard library.
 Whole command: from exec to exit, also in turns, the image file removed before every run.
 Peak memory: of the whole process, the scene's text and the pages of the mapped image among it.
@@ -31,11 +31,11 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 WORK = ROOT / "target" / "peers"
 ROUNDS = 3
-BRUTE_FORCE = 4e9  # pixels times spheres, beyond which nobody would
+BRUTE_FORCE = 4e9  # pixels times spheres; brute force is not run above this
 SCENES = "example,example-8k,cloud-1e2,cloud-1e3,cloud-1e4,cloud-1e5,cloud-1e6,cloud-1e7,"
 SCENES += "frustum-1e2,frustum-1e3,frustum-1e4,frustum-1e5,frustum-1e6,molecule-1e3,molecule-1e4,lattice-54872,"
 SCENES += "floor-1e3,among-1e3,among-1e5"
-LIMIT = 10  # seconds of one picture, beyond which sfera is no more measured
+LIMIT = 10  # seconds; methods of sfera that take longer for one picture are not measured
 FLOORS = [f"{size}-{way}" for size in ("truncate", "reserve") for way in ("touch", "populate", "huge")]
 DEBIAN = {
     "Embree": "libembree-dev",
@@ -64,7 +64,7 @@ def median(samples):
 
 
 class Peers:
-    """What could be built or found here."""
+    """The programs that could be built or found on this machine."""
 
     def __init__(self):
         WORK.mkdir(parents=True, exist_ok=True)
@@ -118,7 +118,7 @@ class Peers:
         return path
 
     def python_with_vtk(self):
-        """The one that `make peers-install` made, or the one that runs this."""
+        """The Python that `make peers-install` made, or the one that runs this."""
         for python in (WORK / "python" / "bin" / "python", sys.executable):
             if shutil.which(python) and not subprocess.run(
                 [python, "-c", "import numpy, vtkmodules"], capture_output=True
@@ -132,7 +132,7 @@ class Peers:
 
 
 class Scene:
-    """A scene file, its spheres, and the same scene in the words of other programs."""
+    """A scene file, its spheres, and the same scene in the formats of other programs."""
 
     def __init__(self, name, path):
         self.name, self.path = name, path
@@ -163,7 +163,7 @@ class Scene:
         left, bottom = (-width / 2 - across) / distance, (-height / 2 - up) / distance
         right, top = left + across * size[0] / distance, bottom + up * size[1] / distance
 
-        # A quarter up, so that truncation to bytes gives the colour back.
+        # A quarter is added, so that truncation to bytes gives the same colour.
         def colour(words):
             return " ".join(f"{(int(word) + 0.25) / 255:.6f}" for word in words)
 

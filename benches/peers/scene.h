@@ -1,4 +1,4 @@
-/* What every peer shares: the scene text in memory, the pixel rule, the image, the clock, and samples printed as JSON. */
+/* The common code of the peers: the scene in memory, the pixel rule, the image, the clock, and samples printed as JSON. */
 #pragma once
 
 #include <stdint.h>

@@ -1,18 +1,21 @@
-/* The fastest inexact picture we know how to make: spheres drawn in screen space in f32, without error bounds and without
- * a rule for ties. What sfera costs beside it is what certainty costs.
+/* The fastest inexact rasteriser of spheres that we could write: in screen space and f32, without error bounds and without
+ * a rule for ties. The difference between its time and that of sfera is the cost of certainty.
  *
  *     splat SCENE WIDTH HEIGHT THREADS RUNS [IMAGE]
  *
  * Built with AVX-512 it takes 16 pixels at a time, otherwise (AVX2, FMA) 8.
  *
- *   1. Every sphere gets a pixel box, also one that reaches the plane of the camera or holds it; 24-byte records of those
- *      in view are appended to the lists of tiles of 64 x 64 pixels that they meet, lists for each run of spheres.
- *   2. D/c^2 and B/c are polynomials about the middle of what a sphere has in a tile, set up for many spheres at once.
- *   3. A tile with few spheres is drawn by masks: front to back, the columns that a sphere covers in a row are one 64-bit
- *      word. Where two cover a pixel and their ranges of depth in this tile overlap, the nearer one is looked for there.
- *      A tile that one sphere covers before all others is filled.
- *   4. A tile with many is drawn into a buffer of inverse depths; if they lie many deep, front to back, and a sphere is
- *      left out where blocks of 8 x 8 pixels are nearer.
+ *   1. Every sphere gets a box of pixels, also one that reaches the plane of the camera or contains the camera. Each run
+ *      of spheres has a list for each tile of 64 x 64 pixels. A 24-byte record of each visible sphere is appended to the
+ *      lists of the tiles that its box meets.
+ *   2. D/c^2 and B/c are polynomials about the middle of the sphere's box in a tile. They are set up for many spheres at
+ *      once.
+ *   3. A tile with few spheres is drawn by masks, front to back: the columns that a sphere covers in a row are one 64-bit
+ *      word. Where two spheres cover a pixel and their ranges of inverse depth in this tile overlap, the pixel is contested
+ *      and the nearer sphere is found by comparing inverse depths. A tile that one sphere covers in front of all others is
+ *      filled.
+ *   4. A tile with many spheres is drawn into a buffer of inverse depths. If many boxes overlap, it is drawn front to back,
+ *      and a sphere is left out if all blocks of 8 x 8 pixels under its box already show something nearer.
  */
 #define _GNU_SOURCE
 #include <immintrin.h>
@@ -24,18 +27,18 @@
 #include "scene.h"
 
 enum { TILE = 64, STRIDE = TILE + 16, CHUNK = 64, BATCH = 32, ROWS = 4, BLOCK = 8, BLOCKS = TILE / BLOCK, RUN = 1 << 16 };
-enum { ORDINARY, REACHING, AROUND }; /* before the camera, across its plane, holding it */
+enum { ORDINARY, REACHING, WITHIN }; /* in front of the camera; across its plane; containing it */
 
 enum { FEW = 24 }; /* spheres of a tile that are drawn by masks */
-enum { DEEP = 4 }; /* pixels of boxes over pixels of a tile from which on order and occlusion pay */
+enum { DEEP = 4 }; /* area of all boxes / area of the tile above which sorting and occlusion save time */
 
 typedef struct {
   float x, y, z, r;
-  uint32_t colour; /* and the kind in its highest byte */
+  uint32_t colour; /* with the kind in its highest byte */
   uint8_t left, right, top, bottom;
 } Record;
 
-/* The records of a tile are in blocks of BATCH, each of which knows the next. */
+/* The records of a tile are in blocks of BATCH, each with the index of the next. */
 typedef struct {
   uint32_t first, end, count;
 } List;
@@ -50,7 +53,7 @@ typedef struct {
 } Run;
 
 static int width, height, tiles_x, tiles_y, run_count, count;
-static float step_x, step_y; /* slope between neighbours */
+static float step_x, step_y; /* difference of slope between neighbouring pixels */
 static float middle_x, middle_y;
 static float *xs, *ys, *zs, *rs;
 static uint32_t *colours, background;
@@ -121,7 +124,7 @@ static inline void append(Run *run, List *list, const Record *record) {
     list->end = block * BATCH;
   }
   run->records[list->end] = *record;
-  /* A full block's end is that of the block, as if it began the next. */
+  /* The end of a full block is the first index of the block behind it. */
   list->end++, list->count++;
 }
 
@@ -136,7 +139,7 @@ static void bin(Run *run) {
       if (!(left[i] <= right[i] && top[i] <= bottom[i])) continue;
       const int k = first + i, l = left[i], r = right[i], t = top[i], b = bottom[i];
       const float x = xs[k], y = ys[k], z = zs[k];
-      const int kind = z > rs[k] ? ORDINARY : (x * x + y * y) + (z - rs[k]) * (z + rs[k]) > 0 ? REACHING : AROUND;
+      const int kind = z > rs[k] ? ORDINARY : (x * x + y * y) + (z - rs[k]) * (z + rs[k]) > 0 ? REACHING : WITHIN;
       Record record = { x, y, z, rs[k], colours[k] | (uint32_t)kind << 24, l % TILE, r % TILE, t % TILE, b % TILE };
       const int tile = t / TILE * tiles_x + l / TILE;
       if (l / TILE == r / TILE && t / TILE == b / TILE) {
@@ -156,30 +159,30 @@ static void bin(Run *run) {
 /* ---- a tile ---- */
 
 typedef struct {
-  /* With room for ROWS and LANES beyond. */
+  /* With room for ROWS and LANES behind the tile. */
   float depths[(TILE + ROWS) * STRIDE] __attribute__((aligned(64)));
   uint32_t colours[(TILE + ROWS) * STRIDE] __attribute__((aligned(64)));
   uint64_t masks[FEW][TILE] __attribute__((aligned(64)));
   uint64_t covered[TILE], contested[TILE + 8] __attribute__((aligned(64)));
-  /* Of up to CHUNK spheres: what the records say, */
+  /* For each of up to CHUNK spheres: the fields of its record; */
   float x[CHUNK], y[CHUNK], z[CHUNK], r[CHUNK];
   float left[CHUNK], right[CHUNK], top[CHUNK], bottom[CHUNK];
   uint32_t colour[CHUNK];
-  float around[CHUNK]; /* 1 if it holds the camera */
+  float within[CHUNK]; /* 1 if it contains the camera */
   int kind[CHUNK];
-  /* the polynomials of the pixel about the middle of the box, */
+  /* the polynomials in the pixel's offset from the middle of the box; */
   float mx[CHUNK], my[CHUNK], X[CHUNK], Y[CHUNK], c[CHUNK];
   float d00[CHUNK], d10[CHUNK], d01[CHUNK], d20[CHUNK], d11[CHUNK], d02[CHUNK], b00[CHUNK], b10[CHUNK], b01[CHUNK];
-  /* half the columns of a row, squared, and the middle one, by row from the top of the tile, */
+  /* by row from the top of the tile: the square of half the width in columns, and the middle column; */
   float e0[CHUNK], e1[CHUNK], e2[CHUNK], m0[CHUNK], m1[CHUNK];
-  /* and the inverse depths. */
-  float least[CHUNK + 16], most[CHUNK + 16];
+  /* the bounds of its inverse depth. */
+  float lower[CHUNK + 16], upper[CHUNK + 16];
   uint8_t bl[CHUNK], br[CHUNK], bt[CHUNK], bb[CHUNK];
   float inside[CHUNK], covers[CHUNK];
   float farthest[BLOCKS * BLOCKS];
   uint8_t stale[BLOCKS * BLOCKS];
   const Record **order, **sorted;
-  float *mosts;
+  float *uppers;
   size_t room;
 } Work;
 
@@ -188,11 +191,11 @@ static void take(Work *w, int i, const Record *s) {
   w->left[i] = s->left, w->right[i] = s->right, w->top[i] = s->top, w->bottom[i] = s->bottom;
   w->colour[i] = s->colour & 0xffffff;
   w->kind[i] = s->colour >> 24;
-  w->around[i] = w->kind[i] == AROUND;
+  w->within[i] = w->kind[i] == WITHIN;
 }
 
-/* D and B as polynomials; divided by c^2 and c of spheres that the camera is outside of. In floats for crowds; in doubles
- * for the few of a tile, since of a sphere that is large against the picture floats leave a few digits only. */
+/* D and B as polynomials, divided by c^2 and c if the camera is outside the sphere. In floats for many spheres. In doubles
+ * for few, because in floats only a few digits are right of a sphere that is large compared with the picture. */
 #define SET_UP(name, real)                                                                                                       \
   static void name(Work *restrict w, int n, int x0, int y0) {                                                                    \
     const real dx = step_x, dy = -step_y;                                                                                        \
@@ -200,7 +203,7 @@ static void take(Work *w, int i, const Record *s) {
       const real x = w->x[i], y = w->y[i], z = w->z[i], r = w->r[i], rr = r * r;                                                 \
       const real mx = truncf((w->left[i] + w->right[i]) * .5f), my = truncf((w->top[i] + w->bottom[i]) * .5f);                   \
       const real X = (x0 + mx - middle_x) * dx, Y = (y0 + my - middle_y) * dy;                                                   \
-      const real k = y * y + (z - r) * (z + r), c = x * x + k, ic = w->around[i] > 0 ? 1 : 1 / c, cc = ic * ic;                  \
+      const real k = y * y + (z - r) * (z + r), c = x * x + k, ic = w->within[i] > 0 ? 1 : 1 / c, cc = ic * ic;                  \
       const real nx = y - z * Y, ny = z * X - x, nz = x * Y - y * X;                                                             \
       w->mx[i] = mx, w->my[i] = my, w->X[i] = X, w->Y[i] = Y, w->c[i] = c;                                                       \
       w->d00[i] = (rr * (X * X + Y * Y + 1) - nx * nx - ny * ny - nz * nz) * cc;                                                 \
@@ -212,7 +215,7 @@ static void take(Work *w, int i, const Record *s) {
 SET_UP(set_up_many, float)
 SET_UP(set_up_few, double)
 
-/* What masks need besides: row ends in doubles, and ranges of inverse depth over what is met of the tile. */
+/* The other terms of masks: the ends of rows, in doubles, and the ranges of inverse depth in the tile. */
 static void set_up_ends(Work *restrict w, int n, int x0, int y0) {
   const double dy = -step_y, sx = 1 / (double)step_x;
   for (int i = 0; i < n; i++) {
@@ -227,7 +230,7 @@ static void set_up_ends(Work *restrict w, int n, int x0, int y0) {
 static void set_up_ranges(Work *restrict w, int n, int last_x, int last_y) {
   const float dx = step_x, dy = -step_y;
   for (int i = 0; i < n; i++) {
-    const float x = w->x[i], y = w->y[i], z = w->z[i], r = w->r[i], around = w->around[i], c = w->c[i];
+    const float x = w->x[i], y = w->y[i], z = w->z[i], r = w->r[i], within = w->within[i], c = w->c[i];
     const float l = w->left[i] - w->mx[i], h = w->right[i] - w->mx[i], t = w->top[i] - w->my[i], b = w->bottom[i] - w->my[i];
     float lowest = FAR, highest = 0, inside = 1;
 #define CORNER(p, q)                                                                                                        \
@@ -235,25 +238,25 @@ static void set_up_ranges(Work *restrict w, int n, int last_x, int last_y) {
     const float d = w->d00[i] + p * (w->d10[i] + p * w->d20[i] + q * w->d11[i]) + q * (w->d01[i] + q * w->d02[i]);          \
     const float m = w->b00[i] + p * w->b10[i] + q * w->b01[i], root = sqrtf(d > 0 ? d : 0);                                 \
     const float X = w->X[i] + p * dx, Y = w->Y[i] + q * dy;                                                                 \
-    const float s = around > 0 ? (1 + X * X + Y * Y) / (m + root) : m + root;                                               \
-    inside = (d > 0) & ((m > 0) | (around > 0)) ? inside : 0;                                                               \
+    const float s = within > 0 ? (1 + X * X + Y * Y) / (m + root) : m + root;                                               \
+    inside = (d > 0) & ((m > 0) | (within > 0)) ? inside : 0;                                                               \
     lowest = s < lowest ? s : lowest, highest = s > highest ? s : highest;                                                  \
   } while (0)
     CORNER(l, t);
     CORNER(h, t);
     CORNER(l, b);
     CORNER(h, b);
-    /* A plane that touches at the middle bounds it on the other side. */
+    /* The tangent plane at the middle is the bound on the other side. */
     const float root = sqrtf(w->d00[i] > 0 ? w->d00[i] : 0), m = w->b00[i], X = w->X[i], Y = w->Y[i];
-    const float s = around > 0 ? (1 + X * X + Y * Y) / (m + root) : m + root, half = .5f / root;
-    const float gx = around > 0 ? (2 * X * dx - 2 * s * w->b10[i]) * half : w->b10[i] + w->d10[i] * half;
-    const float gy = around > 0 ? (2 * Y * dy - 2 * s * w->b01[i]) * half : w->b01[i] + w->d01[i] * half;
+    const float s = within > 0 ? (1 + X * X + Y * Y) / (m + root) : m + root, half = .5f / root;
+    const float gx = within > 0 ? (2 * X * dx - 2 * s * w->b10[i]) * half : w->b10[i] + w->d10[i] * half;
+    const float gy = within > 0 ? (2 * Y * dy - 2 * s * w->b01[i]) * half : w->b01[i] + w->d01[i] * half;
     const float far_x = h > -l ? h : -l, far_y = b > -t ? b : -t, change = fabsf(gx) * far_x + fabsf(gy) * far_y;
     const float plane = w->d00[i] > 0 ? s + change : FAR, cap = z > r ? 1 / (z - r) : FAR;
     const float cr = sqrtf(c > 0 ? c : 0), rim = (x * x + y * y + z * z) / (cr * (cr * z + r * sqrtf(x * x + y * y)));
-    const float low = around > 0 ? s - change : inside > 0 ? lowest : z > r ? rim : 0;
-    const float high = around > 0 ? highest : plane < cap ? plane : cap;
-    w->least[i] = low * .99999f, w->most[i] = high * 1.00001f;
+    const float low = within > 0 ? s - change : inside > 0 ? lowest : z > r ? rim : 0;
+    const float high = within > 0 ? highest : plane < cap ? plane : cap;
+    w->lower[i] = low * .99999f, w->upper[i] = high * 1.00001f;
     w->inside[i] = inside;
     w->covers[i] = (inside > 0) & (w->left[i] == 0) & (w->top[i] == 0) & (w->right[i] == last_x) & (w->bottom[i] == last_y) ? 1 : 0;
   }
@@ -293,14 +296,14 @@ static inline __m256 lanes_of(uint64_t bits) {
   return _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32((int)bits), each), each));
 }
 #define bits_of(lanes) ((uint64_t)_mm256_movemask_ps(lanes))
-/* A masked store is slow on some CPUs; every row has room behind it. */
+/* Not a masked store, which is slow on some CPUs. Every row has room behind it. */
 #define store(at, lanes, v) _mm256_storeu_ps(at, _mm256_blendv_ps(_mm256_loadu_ps(at), v, lanes))
 #define store_colour(at, lanes, v) \
   _mm256_storeu_ps((float *)(at), _mm256_blendv_ps(_mm256_loadu_ps((float *)(at)), _mm256_castsi256_ps(_mm256_set1_epi32(v)), lanes))
 #define STEPS _mm256_setr_ps(0, 1, 2, 3, 4, 5, 6, 7)
 #endif
 
-/* A row of a sphere's polynomials. */
+/* The polynomials of a sphere in one row. */
 typedef struct {
   Floats d0, d1, d2, b0, b1;
   float q;
@@ -312,7 +315,7 @@ static inline Row row_of(const Work *w, int i, int j) {
                 all(w->b00[i] + q * w->b01[i]), all(w->b10[i]), q };
 }
 
-/* Inverse depth at some pixels of a row, not greater than 0 or not a number where there is none. */
+/* Inverse depth at some pixels of a row; 0, less or NaN where the sphere is not hit. */
 static inline Floats depth_at(const Work *w, int i, const Row *row, int kind, float from) {
   const Floats p = add(STEPS, all(from - w->mx[i]));
   const Floats d = fma(p, fma(p, row->d2, row->d1), row->d0), b = fma(p, row->b1, row->b0), sum = add(b, root(d));
@@ -342,8 +345,8 @@ static inline void keep_nearer(float *z, uint32_t *out, __m256 s, __m256i colour
 #endif
 }
 
-/* An ordinary sphere of at most 8 columns, ROWS at a time: it has no pixels in rows past its box, and not to guess how many
- * there are is worth more than they cost. */
+/* Draws an ordinary sphere of at most 8 columns, ROWS rows at a time. In the rows behind its box it has no pixels; a fixed
+ * number of rows is faster, because the CPU need not predict where the loop ends. */
 static inline void meet_narrow(Work *w, int i) {
   const int left = w->left[i], top = w->top[i], bottom = w->bottom[i];
   const __m256 p = _mm256_add_ps(_mm256_setr_ps(0, 1, 2, 3, 4, 5, 6, 7), _mm256_set1_ps(left - w->mx[i]));
@@ -382,50 +385,50 @@ static void meet_any(Work *w, int i) {
   if (w->kind[i] == ORDINARY && w->right[i] - w->left[i] < 8) meet_narrow(w, i);
   else if (w->kind[i] == ORDINARY) meet(w, i, ORDINARY);
   else if (w->kind[i] == REACHING) meet(w, i, REACHING);
-  else meet(w, i, AROUND);
+  else meet(w, i, WITHIN);
 }
 
 /* ---- many spheres: a buffer of depths ---- */
 
-static inline float most_of(const Record *s) { return s->z > s->r ? 1 / (s->z - s->r) : FAR; }
+static inline float upper_of(const Record *s) { return s->z > s->r ? 1 / (s->z - s->r) : FAR; }
 
-/* Front to back, by greatest inverse depth, in steps fine enough. */
+/* Sorts front to back by upper bound of inverse depth, in 1024 steps. */
 static void sort(Work *w, int n) {
   enum { STEPS_OF_DEPTH = 1024 };
   uint32_t starts[STEPS_OF_DEPTH + 1] = { 0 };
   float low = FAR, high = 0;
   for (int i = 0; i < n; i++) {
-    const float most = w->mosts[i] = most_of(w->order[i]);
-    low = most < low ? most : low, high = most > high && most < FAR ? most : high;
+    const float upper = w->uppers[i] = upper_of(w->order[i]);
+    low = upper < low ? upper : low, high = upper > high && upper < FAR ? upper : high;
   }
   const float scale = high > low ? (STEPS_OF_DEPTH - 1) / (high - low) : 0;
-#define PLACE(most) (most >= high ? 0 : STEPS_OF_DEPTH - 1 - (int)((most - low) * scale))
-  for (int i = 0; i < n; i++) starts[PLACE(w->mosts[i]) + 1]++;
+#define PLACE(upper) (upper >= high ? 0 : STEPS_OF_DEPTH - 1 - (int)((upper - low) * scale))
+  for (int i = 0; i < n; i++) starts[PLACE(w->uppers[i]) + 1]++;
   for (int i = 0; i < STEPS_OF_DEPTH; i++) starts[i + 1] += starts[i];
-  for (int i = 0; i < n; i++) w->sorted[starts[PLACE(w->mosts[i])]++] = w->order[i];
+  for (int i = 0; i < n; i++) w->sorted[starts[PLACE(w->uppers[i])]++] = w->order[i];
   const Record **swap = w->order;
   w->order = w->sorted, w->sorted = swap;
 }
 
 static float farthest_of(const Work *w, int block) {
   const float *z = w->depths + block / BLOCKS * BLOCK * STRIDE + block % BLOCKS * BLOCK;
-  __m256 least = _mm256_loadu_ps(z);
-  for (int j = 1; j < BLOCK; j++) least = _mm256_min_ps(least, _mm256_loadu_ps(z + j * STRIDE));
-  __m128 half = _mm_min_ps(_mm256_castps256_ps128(least), _mm256_extractf128_ps(least, 1));
+  __m256 lower = _mm256_loadu_ps(z);
+  for (int j = 1; j < BLOCK; j++) lower = _mm256_min_ps(lower, _mm256_loadu_ps(z + j * STRIDE));
+  __m128 half = _mm_min_ps(_mm256_castps256_ps128(lower), _mm256_extractf128_ps(lower, 1));
   half = _mm_min_ps(half, _mm_movehl_ps(half, half));
   return _mm_cvtss_f32(_mm_min_ss(half, _mm_shuffle_ps(half, half, 1)));
 }
 
-/* Whether a sphere's box shows only what is nearer. */
+/* Whether all pixels of a sphere's box show something nearer. */
 static int hidden(Work *w, const Record *s) {
-  const float most = most_of(s);
+  const float upper = upper_of(s);
   for (int y = s->top / BLOCK; y <= s->bottom / BLOCK; y++)
     for (int x = s->left / BLOCK; x <= s->right / BLOCK; x++) {
       const int block = y * BLOCKS + x;
-      if (w->farthest[block] > most) continue;
+      if (w->farthest[block] > upper) continue;
       if (!w->stale[block]) return 0;
       w->farthest[block] = farthest_of(w, block), w->stale[block] = 0;
-      if (w->farthest[block] <= most) return 0;
+      if (w->farthest[block] <= upper) return 0;
     }
   return 1;
 }
@@ -445,7 +448,7 @@ static void draw_many(Work *w, int n, int x0, int y0) {
   }
   for (int at = 0; at < n;) {
     int taken = 0;
-    /* Few at a time where they may hide each other. */
+    /* Few at a time if they may hide each other. */
     const int limit = deep ? 16 : CHUNK;
     for (; at < n && taken < limit; at++) {
       const Record *s = w->order[at];
@@ -472,7 +475,7 @@ static void find_masks(const Work *w, int i, uint64_t *masks) {
     __m256 l = _mm256_ceil_ps(_mm256_sub_ps(middle, half)), t = _mm256_add_ps(_mm256_floor_ps(_mm256_add_ps(middle, half)), one);
     l = _mm256_min_ps(_mm256_max_ps(l, zero), whole), t = _mm256_min_ps(_mm256_max_ps(t, zero), whole);
     const __m256i from = _mm256_cvttps_epi32(l), to = _mm256_cvttps_epi32(t);
-    /* Where there is none, t = l. */
+    /* Without any column, end = from. */
     const __m256i end = _mm256_blendv_epi8(from, to, _mm256_castps_si256(_mm256_cmp_ps(e, zero, _CMP_GE_OQ)));
 #ifdef __AVX512F__
     const __m512i ones = _mm512_set1_epi64(-1);
@@ -488,7 +491,7 @@ static void find_masks(const Work *w, int i, uint64_t *masks) {
   }
 }
 
-/* As many, pixel by pixel, for the others. */
+/* The same for other kinds of spheres, pixel by pixel. */
 static void find_masks_by_pixel(const Work *w, int i, uint64_t *masks) {
   const int left = w->left[i], right = w->right[i];
   for (int j = (int)w->top[i] & ~7; j <= ((int)w->bottom[i] | 7); j++) {
@@ -501,7 +504,7 @@ static void find_masks_by_pixel(const Work *w, int i, uint64_t *masks) {
   }
 }
 
-/* Bits of the first n whose value is less than one value; those after them are anything. */
+/* A bit for each of the first n values: whether it is less than `than`. Later bits are undefined. */
 static inline uint64_t less(const float *values, int n, float than) {
   uint64_t bits = 0;
   for (int o = 0; o < n; o += LANES) bits |= bits_of(greater(all(than), load(values + o))) << o;
@@ -516,7 +519,7 @@ static inline uint64_t boxes_at(const Work *w, int i) {
          _mm512_cmple_epu8_mask(AT(w->bt), OF(w->bb[i])) & _mm512_cmpge_epu8_mask(AT(w->bb), OF(w->bt[i]));
 #else
   uint64_t apart = 0;
-  for (int o = 0; o < 64; o += 32) { /* bytes below 64: signed will do */
+  for (int o = 0; o < 64; o += 32) { /* the bytes are below 64, so signed comparison is right */
 #define AT(a) _mm256_loadu_si256((const __m256i *)(a + o))
 #define OF(a) _mm256_set1_epi8(a)
     const __m256i a = _mm256_or_si256(_mm256_cmpgt_epi8(AT(w->bl), OF(w->br[i])), _mm256_cmpgt_epi8(OF(w->bl[i]), AT(w->br)));
@@ -548,11 +551,11 @@ static inline void paint(uint32_t *row, uint64_t visible, uint32_t colour) {
 #endif
 }
 
-/* Takes them front to back. */
+/* Takes the spheres of a tile front to back. */
 static void arrange(Work *w, int n) {
   float keys[CHUNK + 16] __attribute__((aligned(64)));
   const Record *by_rank[CHUNK];
-  for (int i = 0; i < n; i++) keys[i] = -most_of(w->order[i]);
+  for (int i = 0; i < n; i++) keys[i] = -upper_of(w->order[i]);
   for (int i = 0; i < n; i++) {
     const uint64_t before = less(keys, n, keys[i]), upto = less(keys, n, nextafterf(keys[i], FAR * 2)) & ~before;
     const uint64_t valid = n < 64 ? (1ull << n) - 1 : ~0ull;
@@ -565,9 +568,9 @@ static void arrange(Work *w, int n) {
   }
 }
 
-/* The pixels of i that an earlier one covers too and may be nearer or farther at. */
+/* Marks the pixels that sphere i shares with an earlier one if their inverse depths overlap. */
 static int contest(Work *w, int i) {
-  uint64_t near = less(w->least, i, w->most[i]) & boxes_at(w, i);
+  uint64_t near = less(w->lower, i, w->upper[i]) & boxes_at(w, i);
   near &= (1ull << i) - 1;
   int any = 0;
   for (; near; near &= near - 1) {
@@ -604,7 +607,7 @@ static void settle_contests(Work *w, int n, int h) {
     }
 }
 
-/* Draws a tile, or returns 1 and the one colour that it has. */
+/* Draws a tile; if it has only one colour, returns 1 and that colour. */
 static int draw_few(Work *w, int n, int x0, int y0, int last_x, int last_y, uint32_t *colour) {
   arrange(w, n);
   set_up_few(w, n, x0, y0);
@@ -612,10 +615,10 @@ static int draw_few(Work *w, int n, int x0, int y0, int last_x, int last_y, uint
   float wall = 0;
   int behind = -1, ordinary = 0;
   for (int i = 0; i < n; i++)
-    if (w->covers[i] > 0 && w->least[i] > wall) wall = w->least[i], behind = i;
+    if (w->covers[i] > 0 && w->lower[i] > wall) wall = w->lower[i], behind = i;
   if (behind >= 0) {
     int seen = 0;
-    for (int i = 0; i < n; i++) seen += i == behind || w->most[i] > wall;
+    for (int i = 0; i < n; i++) seen += i == behind || w->upper[i] > wall;
     if (seen == 1) return *colour = w->colour[behind], 1;
   }
   for (int i = 0; i < n; i++) ordinary += w->kind[i] == ORDINARY;
@@ -625,8 +628,8 @@ static int draw_few(Work *w, int n, int x0, int y0, int last_x, int last_y, uint
   int contested = 0;
   for (int i = 0; i < n; i++) {
     uint64_t *masks = w->masks[i];
-    if (w->most[i] < wall && i != behind) { /* left out, for all that come */
-      w->least[i] = FAR, w->top[i] = 1, w->bottom[i] = 0;
+    if (w->upper[i] < wall && i != behind) { /* hidden; it contests nothing */
+      w->lower[i] = FAR, w->top[i] = 1, w->bottom[i] = 0;
       continue;
     }
     if (w->inside[i] > 0) {
@@ -652,7 +655,7 @@ static int draw_few(Work *w, int n, int x0, int y0, int last_x, int last_y, uint
 /* ---- bytes ---- */
 
 #ifdef __AVX512VBMI__
-/* Where the bytes of three lines are in two vectors of pixels each. */
+/* For the bytes of three lines: their places in two vectors of pixels. */
 static uint8_t places[192] __attribute__((aligned(64)));
 #endif
 
@@ -704,11 +707,11 @@ static void draw(Work *w, int tile) {
   uint32_t colour = background;
   int uniform = !n;
   if (n > w->room) {
-    free(w->order), free(w->sorted), free(w->mosts);
+    free(w->order), free(w->sorted), free(w->uppers);
     w->room = 2 * n;
     w->order = malloc(w->room * sizeof *w->order), w->sorted = malloc(w->room * sizeof *w->sorted);
-    w->mosts = malloc(w->room * sizeof *w->mosts);
-    if (!w->order || !w->sorted || !w->mosts) fail("no memory");
+    w->uppers = malloc(w->room * sizeof *w->uppers);
+    if (!w->order || !w->sorted || !w->uppers) fail("no memory");
   }
   if (n) {
     const Record **at = w->order;
@@ -733,7 +736,7 @@ static void draw(Work *w, int tile) {
 static int threads, repeats, next_run, next_tile, arrived, generation;
 static double *bins, *tiles;
 
-/* Waits for all threads, awake: to wake them takes longer than a small picture. */
+/* Waits for all threads without sleeping: to wake a thread takes longer than to draw a small picture. */
 static void gather(void) {
   const int now = __atomic_load_n(&generation, __ATOMIC_ACQUIRE);
   if (__atomic_add_fetch(&arrived, 1, __ATOMIC_ACQ_REL) == threads) {
@@ -747,12 +750,12 @@ static void gather(void) {
   }
 }
 
-/* What each thread does; the first also holds the clock. */
+/* The work of a thread; the first also measures the time. */
 static void *work(void *clock) {
   Work *w = aligned_alloc(64, (sizeof *w + 63) & ~63ull);
   if (!w) fail("no memory");
   memset(w, 0, sizeof *w);
-  for (int k = -1; k < repeats; k++) { /* the first run only touches the memory */
+  for (int k = -1; k < repeats; k++) { /* the first run only faults in the memory */
     double start = 0, binned = 0;
     if (clock) next_run = next_tile = 0, start = milliseconds();
     gather();

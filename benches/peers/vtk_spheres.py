@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""VTK's sphere mapper, off screen: what Python users get on a machine without a graphics card.
+"""Measures VTK's sphere mapper, off screen, as on a machine without a graphics card.
 
     vtk_spheres.py SCENE WIDTH HEIGHT THREADS RUNS [IMAGE]
 
@@ -44,7 +44,7 @@ def poly_data(spheres, colours):
     points = vtkPoints()
     points.SetData(numpy_to_vtk(spheres[:, :3] * numpy.float32([1, 1, -1]), deep=True))
     data.SetPoints(points)
-    # A vertex each: without cells it has no bounds and is not drawn.
+    # One vertex for each point: without cells the data has no bounds and is not drawn.
     every = numpy.arange(len(spheres) + 1, dtype="int64")
     vertices = vtkCellArray()
     vertices.SetData(numpy_to_vtk(every, deep=True), numpy_to_vtk(every[:-1], deep=True))
