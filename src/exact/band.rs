@@ -3,15 +3,14 @@
 use std::ops::Range;
 
 use super::{
-    bins::{Candidate, EightRecords, Large, Record},
+    bins::{Candidate, Large, Record},
     bits::{runs, set_bits},
     counts::Counts,
     coverage::{Coverage, Tile},
     crowd::{Crowd, CrowdedTile, OpenPixel},
     decide::decide,
-    depths::Depths,
     grid::SIDE,
-    packet::{InDoubles, Meetings, PixelRow},
+    packet::{InDoubles, PixelRow},
     paint::{Pattern, colour_lane, put_eight, put_some},
     prepared::Prepared,
     rows::{self, BandRows},
@@ -40,9 +39,6 @@ pub(super) struct Scratch {
     crowd: Crowd,
     pixels: Vec<PixelRow>,
     open: Vec<OpenPixel>,
-    /// The indices in the coverage of the spheres that packets meet, and their records.
-    met: Vec<usize>,
-    met_records: Vec<Record>,
     candidates: Vec<Candidate>,
 }
 
@@ -290,44 +286,19 @@ impl<'a> Band<'a> {
         }
     }
 
-    /// Draws the contested pixels of a tile of few spheres by packets.
+    /// Draws the contested pixels of a tile of few spheres by packets, in doubles.
     fn settle_contested(&mut self, tile: &Tile) {
         let Scratch {
-            coverage,
-            pixels,
-            met,
-            met_records,
-            ..
+            coverage, pixels, ..
         } = &mut *self.scratch;
-        met.clear();
-        met_records.clear();
+        let Prepared { grid, bounds, .. } = self.prepared;
         for &at in &coverage.order {
             let covering = &coverage.spheres[at];
             if coverage.is_contested(covering) {
-                met.push(at);
-                met_records.push(covering.record);
-            }
-        }
-        let prepared = self.prepared;
-        for (places, records) in met.chunks(LANES).zip(met_records.chunks(LANES)) {
-            let eight = EightRecords::of(records);
-            let rectangles = tile.rectangles(&eight);
-            let depths = Depths::new(&prepared.grid, &rectangles, &eight.spheres);
-            let depths = depths.to_floats(prepared.bounds);
-            let meetings = Meetings::new(&depths, &eight);
-            for (lane, (&at, record)) in places.iter().zip(records).enumerate() {
-                let covering = &coverage.spheres[at];
-                let wanted = coverage.contested_by(covering);
-                self.counts.sphere_tests += if depths.known >> lane & 1 == 0 {
-                    let corner = (tile.column, tile.row);
-                    let (grid, bounds) = (&prepared.grid, prepared.bounds);
-                    let in_doubles = InDoubles::new(grid, bounds, corner, record.sphere);
-                    meetings.in_doubles(lane, pixels, &in_doubles, &wanted)
-                } else if prepared.bounds == Bounds::Ignored {
-                    meetings.masked::<false>(lane, pixels, &wanted)
-                } else {
-                    meetings.masked::<true>(lane, pixels, &wanted)
-                };
+                let corner = (tile.column, tile.row);
+                let in_doubles = InDoubles::new(grid, *bounds, corner, &covering.record);
+                self.counts.sphere_tests +=
+                    in_doubles.meet(pixels, &coverage.contested_by(covering));
             }
         }
         for row in 0..SIDE {

@@ -277,12 +277,12 @@ pub(super) const SUM_OF_PARTS_BOUND: f64 = 4.0 * U32;
 /// | --- | --- | --- |
 /// | the bound of `B` in `b00`: as a float | 1 | 1 |
 /// | `b01 q + (b10 p + b00)` | 2 | 3 |
-/// | the spread taken away, the sum with the root | 2 | 5 |
-/// | the spread, twice the bound: the same two sums | 4 | 9 |
-/// | to spare | 1 | 10 |
+/// | the sum with the root, the spread taken away | 2 | 5 |
+/// | the spread, twice the bound: taken away | 2 | 7 |
+/// | to spare | 1 | 8 |
 ///
 /// The bound of `D` has 6.
-pub(super) const DEPTH_INFLATION: f64 = 10.0 * U32;
+pub(super) const DEPTH_INFLATION: f64 = 8.0 * U32;
 
 /// The tangent plane of a sphere around the camera is used where the greatest `D` is less than
 /// this many times the one in the middle. A choice: [`TANGENT_BOUND`] is proven for it, and any
@@ -348,7 +348,7 @@ pub(super) const LEAST_BOUND: f64 = 1.0 / (1_u128 << 127) as f64 / 1024.0;
 
 /// The part of the greatest `D` from which on an outline is not grazed. A choice, not
 /// an error; a power of 4, so that its root is exact.
-pub(super) const CLEAR_SHARE: f64 = 1.0 / 16384.0;
+pub(super) const SURE_SHARE: f64 = 1.0 / 16384.0;
 
 /// Beyond this, some intermediate float might overflow. A choice, not an error: a
 /// float holds `2^127`.

@@ -298,8 +298,8 @@ impl CrowdedTile<'_> {
     ) -> u64 {
         if meetings.depths.known >> lane & 1 == 0 {
             let corner = (self.tile.column, self.tile.row);
-            let in_doubles = InDoubles::new(self.grid, self.bounds, corner, record.sphere);
-            meetings.in_doubles(lane, pixels, &in_doubles, &[u64::MAX; SIDE])
+            let in_doubles = InDoubles::new(self.grid, self.bounds, corner, record);
+            in_doubles.meet(pixels, &[u64::MAX; SIDE])
         } else if record.is_narrow() {
             meetings.narrow::<PROVEN>(lane, pixels)
         } else {

@@ -21,8 +21,8 @@ use wide::f64x8;
 
 use super::{
     bounds::{
-        B_BOUND, CLEAR_SHARE, COEFFICIENT_BOUND, CROSS_BOUND, D_BOUND, DEPTH_INFLATION, GREATEST,
-        LEAST_BOUND, PLANE_BOUND, STEADY_RATIO, SUM_OF_PARTS_BOUND, TANGENT_BOUND,
+        B_BOUND, COEFFICIENT_BOUND, CROSS_BOUND, D_BOUND, DEPTH_INFLATION, GREATEST, LEAST_BOUND,
+        PLANE_BOUND, STEADY_RATIO, SUM_OF_PARTS_BOUND, SURE_SHARE, TANGENT_BOUND,
     },
     grid::{EightSpheres, Grid, float_above, float_below, splat},
     kernels::{Middle, Steps, over_power},
@@ -131,13 +131,11 @@ impl SphereDepths {
 /// The inverse depths of eight spheres in floats: with `p`, `q` as in [`Depths`],
 ///
 /// ```text
-/// 1/z <= b + sqrt d                               no hit if d < 0
-/// 1/z >= b - spread + sqrt(d - d_spread)          a hit if d > d_spread
-/// 1/z >= b - clear_spread + sqrt d                and a hit, if d > clear
+/// 1/z <= b + sqrt d                no hit if d < 0
+/// 1/z >= b - spread + sqrt d       and a hit, if d > d_sure
 /// ```
 ///
-/// The last form needs one root where the others need two. It gives no bound for a ray that
-/// nearly touches the outline.
+/// There is no lower bound for a ray that nearly touches the outline.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FloatDepths {
     /// Lanes whose polynomials are valid; the bounds of the others are infinite.
@@ -151,13 +149,11 @@ pub(super) struct FloatDepths {
     pub(super) d20: [f32; LANES],
     pub(super) d11: [f32; LANES],
     pub(super) d02: [f32; LANES],
-    pub(super) d_spread: [f32; LANES],
+    pub(super) d_sure: [f32; LANES],
     pub(super) b00: [f32; LANES],
     pub(super) b10: [f32; LANES],
     pub(super) b01: [f32; LANES],
     pub(super) spread: [f32; LANES],
-    pub(super) clear: [f32; LANES],
-    pub(super) clear_spread: [f32; LANES],
 }
 
 /// Bounds of the inverse depths of eight spheres, each in a rectangle of its own.
@@ -328,11 +324,11 @@ impl Depths {
 
 impl Depths {
     /// With `e` the bound of `d`: since `sqrt(d - 2 e) >= sqrt d - 2 e/sqrt d` for `d >= 2 e`,
-    /// where `d` is at least `clear` (theorem 4),
+    /// and with `f` that of `b + sqrt d` (theorem 4),
     ///
     /// ```text
-    /// clear = max(CLEAR_SHARE top, 2 e)          top: the upper bound of d
-    /// clear_spread = spread + 2 e/sqrt(CLEAR_SHARE top)
+    /// d_sure = max(SURE_SHARE top, 2 e)          top: the upper bound of d
+    /// spread = 2 f + 2 e/sqrt(SURE_SHARE top)
     /// ```
     #[inline]
     pub(super) fn to_floats(self, bounds: Bounds) -> FloatDepths {
@@ -347,10 +343,10 @@ impl Depths {
         } else {
             (self.d_bound, self.bound)
         };
-        let (d_spread, spread) = (splat(2.0) * d_bound, splat(2.0) * bound);
-        let clear = (splat(CLEAR_SHARE) * self.top).fast_max(d_spread);
-        let least_root = splat(CLEAR_SHARE.sqrt()) * self.top.sqrt();
-        let clear_spread = spread + d_spread / least_root;
+        let d_spread = splat(2.0) * d_bound;
+        let d_sure = (splat(SURE_SHARE) * self.top).fast_max(d_spread);
+        let least_root = splat(SURE_SHARE.sqrt()) * self.top.sqrt();
+        let spread = splat(2.0) * bound + d_spread / least_root;
         let unbounded = splat(f64::INFINITY);
         let floats = |value: f64x8| {
             known
@@ -369,13 +365,11 @@ impl Depths {
             d20: floats(self.d20),
             d11: floats(self.d11),
             d02: floats(self.d02),
-            d_spread: above(d_spread),
+            d_sure: above(d_sure),
             b00: floats(self.b00 + bound),
             b10: floats(self.b10),
             b01: floats(self.b01),
             spread: above(spread),
-            clear: above(clear),
-            clear_spread: above(clear_spread),
         }
     }
 

@@ -16,12 +16,12 @@
 //! | | `prepared` | all that is known before the first pixel |
 //! | | `outline` | the columns a sphere covers in eight rows, as masks |
 //! | | `depths` | inverse depths in a rectangle, as polynomials with an error bound |
+//! | | `paint` | runs and packets to bytes |
 //! | | `radical` | which of two spheres is nearer, pixel by pixel |
 //! | tile of few spheres | `coverage` | masks from far to near; contested pixels |
 //! | | `packet` | eight pixels against a sphere, each inverse depth an interval |
 //! | tile of many spheres | `crowd` | packets for every pixel, nearest first where that pays |
 //! | undecided pixels | `integers`, `decide` | doubles, double-doubles, integers |
-//! | bytes | `paint` | runs and packets to bytes |
 //! | | `counts` | how many pixels each step settled |
 //! | all of it | `rows`, `band` | whole rows where no inverse depths overlap; a row of tiles |
 //! | | `engine` | a prepared scene and memory to draw it in |

@@ -2,8 +2,8 @@
 //! depth is an interval.
 //!
 //! ```text
-//! upper = b + sqrt d                          NaN: certainly missed
-//! lower = b - spread + sqrt(d - d_spread)     NaN: not certainly hit
+//! upper = b + sqrt d             NaN: certainly missed
+//! lower = upper - spread         where d > d_sure; else not certainly hit
 //! ```
 //!
 //! For each pixel it is enough to keep two spheres' bounds: those of the leader, which of the
@@ -19,10 +19,11 @@
 use wide::{f32x8, f64x8, u32x8};
 
 use super::{
-    bins::{EightBoxes, EightRecords},
+    bins::{EightBoxes, EightRecords, Record},
     depths::FloatDepths,
     grid::{Grid, SIDE, float_above, float_below},
     kernels::{in_column, in_row},
+    paint::colour_lane,
     sight::{Rays, Sights, Targets},
     tuning::Bounds,
 };
@@ -81,23 +82,16 @@ fn widths(colours: u32x8) -> f32x8 {
 struct Terms {
     d: [f32x8; 3],
     b: [f32x8; 2],
-    /// [`FloatDepths::clear`] and `clear_spread` if `CLEAR`, else `d_spread` and `spread`.
-    d_spread: f32x8,
-    spread: f32x8,
-    /// If `CLEAR`, with the exponent of `spread`.
+    d_sure: f32x8,
+    /// With the exponent of the spread.
     colour: u32x8,
 }
 
 impl Terms {
     /// The terms of the columns `p` from the middle of the rectangle.
     #[inline(always)]
-    fn new<const CLEAR: bool>(depths: &FloatDepths, lane: usize, p: f32x8, colour: u32) -> Self {
+    fn new(depths: &FloatDepths, lane: usize, p: f32x8, colour: u32) -> Self {
         let splat = |of: &[f32; LANES]| f32x8::splat(of[lane]);
-        let (d_spread, spread) = if CLEAR {
-            (&depths.clear, &depths.clear_spread)
-        } else {
-            (&depths.d_spread, &depths.spread)
-        };
         let d = [
             &depths.d00,
             &depths.d10,
@@ -111,8 +105,7 @@ impl Terms {
         Self {
             d,
             b,
-            d_spread: splat(d_spread),
-            spread: splat(spread),
+            d_sure: splat(&depths.d_sure),
             colour: u32x8::splat(colour),
         }
     }
@@ -137,29 +130,15 @@ impl PixelRow {
 
     /// Meets a sphere in the packet at `first`, `q` rows from the middle of its rectangle.
     #[inline(always)]
-    fn meet<const PROVEN: bool, const CLEAR: bool>(
-        &mut self,
-        terms: &Terms,
-        first: usize,
-        q: f32x8,
-    ) {
+    fn meet<const PROVEN: bool>(&mut self, terms: &Terms, first: usize, q: f32x8) {
         let [d, b] = in_row(terms.d, terms.b, q);
         let upper = b + d.sqrt();
         let leader: f32x8 = packet(&self.upper, first);
         let leads = upper.simd_gt(leader);
-        if !PROVEN {
-            self.lead(first, upper, leads, terms.colour);
-        } else if CLEAR {
-            self.update(
-                first,
-                upper,
-                leads & d.simd_gt(terms.d_spread),
-                terms.colour,
-            );
+        if PROVEN {
+            self.update(first, upper, leads & d.simd_gt(terms.d_sure), terms.colour);
         } else {
-            let lower = (b - terms.spread) + (d - terms.d_spread).sqrt();
-            let colour = terms.colour | exponents(upper - lower);
-            self.update(first, upper, leads & d.simd_gt(terms.d_spread), colour);
+            self.lead(first, upper, leads, terms.colour);
         }
     }
 
@@ -220,20 +199,18 @@ impl PixelRow {
 pub(super) struct Meetings<'a> {
     pub(super) depths: &'a FloatDepths,
     boxes: EightBoxes,
+    /// With the exponents of the spreads.
     colours: [u32; LANES],
-    /// With the exponents of [`FloatDepths::clear_spread`].
-    clear_colours: [u32; LANES],
 }
 
 impl<'a> Meetings<'a> {
     #[inline]
     pub(super) fn new(depths: &'a FloatDepths, records: &EightRecords) -> Self {
-        let clear = exponents(f32x8::new(depths.clear_spread));
+        let widths = exponents(f32x8::new(depths.spread));
         Self {
             depths,
             boxes: records.boxes,
-            colours: records.colours.to_array(),
-            clear_colours: (records.colours | clear).to_array(),
+            colours: (records.colours | widths).to_array(),
         }
     }
 
@@ -258,11 +235,11 @@ impl<'a> Meetings<'a> {
     ) {
         let depths = self.depths;
         let p = f32x8::splat(right as f32 + depths.p[lane]);
-        let colour = self.clear_colours[lane];
-        let terms = Terms::new::<true>(depths, lane, f32x8::new(STEPS) + p, colour);
+        let colour = self.colours[lane];
+        let terms = Terms::new(depths, lane, f32x8::new(STEPS) + p, colour);
         let mut q = f32x8::splat(down as f32 + depths.q[lane]);
         for row in &mut rows[top..bottom] {
-            row.meet::<PROVEN, true>(&terms, first, q);
+            row.meet::<PROVEN>(&terms, first, q);
             q += f32x8::splat(1.0);
         }
     }
@@ -285,76 +262,17 @@ impl<'a> Meetings<'a> {
         }
         met
     }
-
-    /// Meets a sphere in those pixels of its box that have a bit in `wanted`, and perhaps in
-    /// pixels beside them.
-    pub(super) fn masked<const PROVEN: bool>(
-        &self,
-        lane: usize,
-        rows: &mut [PixelRow],
-        wanted: &[u64; SIDE],
-    ) -> u64 {
-        let depths = self.depths;
-        let [left, right, top, bottom] = self.boxes.sides(lane);
-        let wanted = &wanted[top..bottom + 1];
-        let columns = wanted.iter().fold(0, |columns, row| columns | row);
-        let mut met = 0;
-        for first in (left..right + 1).step_by(LANES) {
-            let bits = 0xff << first;
-            if columns & bits == 0 {
-                continue;
-            }
-            let p = f32x8::splat((first - left) as f32 + depths.p[lane]);
-            let p = f32x8::new(STEPS) + p;
-            let terms = Terms::new::<false>(depths, lane, p, self.colours[lane]);
-            let rows = rows[top..].iter_mut().zip(wanted).enumerate();
-            for (down, (pixels, wanted)) in rows {
-                if wanted & bits != 0 {
-                    let q = f32x8::splat(down as f32 + depths.q[lane]);
-                    pixels.meet::<PROVEN, false>(&terms, first, q);
-                    met += 1;
-                }
-            }
-        }
-        met
-    }
-
-    /// Like [`masked`](Self::masked), but in doubles, for a sphere whose inverse depths are
-    /// beyond floats.
-    #[cold]
-    pub(super) fn in_doubles(
-        &self,
-        lane: usize,
-        rows: &mut [PixelRow],
-        in_doubles: &InDoubles<'_>,
-        wanted: &[u64; SIDE],
-    ) -> u64 {
-        let [left, right, top, bottom] = self.boxes.sides(lane);
-        let colour = u32x8::splat(self.colours[lane]);
-        let mut met = 0;
-        for (row, pixels) in (top..).zip(&mut rows[top..bottom + 1]) {
-            for first in (left..right + 1).step_by(LANES) {
-                if wanted[row] & 0xff << first == 0 {
-                    continue;
-                }
-                let (lower, upper) = in_doubles.interval(first, row);
-                let leader: f32x8 = packet(&pixels.upper, first);
-                let leads = upper.simd_gt(leader);
-                pixels.update(first, upper, leads, colour | exponents(upper - lower));
-                met += 1;
-            }
-        }
-        met
-    }
 }
 
-/// A sphere to meet in doubles, in a tile.
+/// A sphere to meet in doubles, in a tile: one whose inverse depths are beyond floats, or in few
+/// pixels.
 pub(super) struct InDoubles<'a> {
     grid: &'a Grid,
     bounds: Bounds,
     /// The tile's first column and row.
     corner: (u32, u32),
-    targets: Targets<f64x8>,
+    record: &'a Record,
+    target: Targets<f64x8>,
     /// The factor from inverse depths of a ray through the viewport to those of the grid.
     scale: f64,
 }
@@ -364,15 +282,39 @@ impl<'a> InDoubles<'a> {
         grid: &'a Grid,
         bounds: Bounds,
         corner: (u32, u32),
-        sphere: [f32; 4],
+        record: &'a Record,
     ) -> Self {
         Self {
             grid,
             bounds,
             corner,
-            targets: Targets::of(std::iter::once(sphere)),
+            record,
+            target: Targets::of(std::iter::once(record.sphere)),
             scale: grid.scale / grid.camera().z_double(),
         }
+    }
+
+    /// Meets the sphere in those pixels of its box that have a bit in `wanted`, and perhaps in
+    /// pixels beside them. Returns the number of packets.
+    #[cold]
+    pub(super) fn meet(&self, rows: &mut [PixelRow], wanted: &[u64; SIDE]) -> u64 {
+        let [left, right, top, bottom] = self.record.sides().map(usize::from);
+        let colour = u32x8::splat(colour_lane(self.record.colour));
+        let mut met = 0;
+        for row in top..bottom + 1 {
+            for first in (left..right + 1).step_by(LANES) {
+                if wanted[row] & 0xff << first == 0 {
+                    continue;
+                }
+                let pixels = &mut rows[row];
+                let (lower, upper) = self.interval(first, row);
+                let leader: f32x8 = packet(&pixels.upper, first);
+                let leads = upper.simd_gt(leader);
+                pixels.update(first, upper, leads, colour | exponents(upper - lower));
+                met += 1;
+            }
+        }
+        met
     }
 
     /// The bounds of the inverse depths in eight pixels.
@@ -381,7 +323,7 @@ impl<'a> InDoubles<'a> {
             return (f32x8::splat(0.0), f32x8::splat(f32::INFINITY));
         }
         let (x, y) = (self.corner.0 + column as u32, self.corner.1 + row as u32);
-        let sights = Sights::new(&Rays::of_row(self.grid.camera(), x, y), &self.targets);
+        let sights = Sights::new(&Rays::of_row(self.grid.camera(), x, y), &self.target);
         let below = |lower: f64| float_below(lower * self.scale);
         let above = |upper: f64| float_above(upper * self.scale);
         (

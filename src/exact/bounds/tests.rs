@@ -210,22 +210,17 @@ fn depths_in_floats() {
     assert_counted("D_BOUND", D_BOUND, U32, derived, 1);
     let derived = greatest(&[b], &[]);
     assert_counted("B_BOUND", B_BOUND, U32, derived, 1);
-    // (b - spread) + sqrt(d - d_spread), and (b + sqrt d) - spread: of the parts.
-    let given = [(d, "d", 0), (b, "b", 0)];
-    let lower = (b - spread) + (d - spread).root();
-    let clear = (b + d.root()) - spread;
-    let derived = greatest(&[lower, clear], &given);
+    // (b + sqrt d) - spread: of the parts.
+    let lower = (b + Traced::rounded("root", 1)) - spread;
+    let derived = greatest(&[lower], &[(b, "b", 0)]);
     assert_counted("SUM_OF_PARTS_BOUND", SUM_OF_PARTS_BOUND, U32, derived, 0);
     // A bound is part of `d00` or of `b00`, and its spread is twice as great.
     let twice = |of: Traced, part: &str| {
         let [part, spread] = [part, "spread"].map(|name| count_of(of, name));
         part + 2 * spread
     };
-    let lower = (b - spread) + Traced::rounded("root", 0);
-    let clear = (b + Traced::rounded("root", 0)) - spread;
-    let of_b = twice(lower, "b00").max(twice(clear, "b00"));
-    let of_d = twice(d - spread, "d00");
-    let derived = of_b.max(of_d);
+    let lower = (b + Traced::rounded("root", 0)) - spread;
+    let derived = twice(lower, "b00").max(twice(d - spread, "d00"));
     assert_counted("DEPTH_INFLATION", DEPTH_INFLATION, U32, derived, 0);
 }
 
@@ -483,9 +478,9 @@ fn what_underflows_is_less_than_the_least_bound() {
 
 /// A power of 4 has an exact root.
 #[test]
-fn the_root_of_the_clear_share_is_exact() {
+fn the_root_of_the_sure_share_is_exact() {
     let fraction = |value: f64| value.to_bits() << 12;
-    assert_eq!([CLEAR_SHARE, CLEAR_SHARE.sqrt()].map(fraction), [0, 0]);
+    assert_eq!([SURE_SHARE, SURE_SHARE.sqrt()].map(fraction), [0, 0]);
 }
 
 /// Half of the distance from 1 to the number after it.

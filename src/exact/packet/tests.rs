@@ -1,8 +1,8 @@
 //! The intervals of packets, in floats and in doubles, against dyadic rationals.
 
 use super::{
-    Bounds, EightRecords, Grid, InDoubles, LANES, Meetings, PixelRow, SIDE, STEPS, Terms,
-    exponents, f32x8, f64x8, in_column, in_row, packet, u32x8, widths,
+    Bounds, Grid, InDoubles, LANES, PixelRow, SIDE, STEPS, Terms, exponents, f32x8, f64x8,
+    in_column, in_row, packet, u32x8, widths,
 };
 use crate::exact::{
     bins::Record,
@@ -46,7 +46,7 @@ fn judge(pixels: &PixelRow, at: usize, trial: &Trial, scale: f64) -> Result<usiz
 
 #[test]
 fn intervals_hold_the_exact_inverse_depth() {
-    let mut kinds = [[0; 3]; 2];
+    let mut kinds = [0; 3];
     each_trial(100_000, |trial, random| {
         let mut grid = Grid::new(trial.camera);
         let boxes = Boxes::new(&grid, &trial.eight());
@@ -68,28 +68,18 @@ fn intervals_hold_the_exact_inverse_depth() {
         let first = random.below((SIDE - LANES) as u64) as usize;
         let steps = f32x8::new(STEPS) + f32x8::splat(p as f32 - lane as f32);
         let mut pixels = PixelRow::new(BACKGROUND);
-        let clear = random.below(2) == 0;
-        let colour = colour_lane(COLOUR);
-        if clear {
-            let width = exponents(f32x8::new(depths.clear_spread)).to_array()[0];
-            let terms = Terms::new::<true>(&depths, 0, steps, colour | width);
-            pixels.meet::<true, true>(&terms, first, q);
-        } else {
-            let terms = Terms::new::<false>(&depths, 0, steps, colour);
-            pixels.meet::<true, false>(&terms, first, q);
-        }
-        let kind = judge(&pixels, first + lane, trial, grid.scale)
-            .map_err(|wrong| format!("{wrong}, clear {clear}"))?;
-        kinds[usize::from(clear)][kind] += 1;
+        let width = exponents(f32x8::new(depths.spread)).to_array()[0];
+        let terms = Terms::new(&depths, 0, steps, colour_lane(COLOUR) | width);
+        pixels.meet::<true>(&terms, first, q);
+        kinds[judge(&pixels, first + lane, trial, grid.scale)?] += 1;
         Ok(())
     });
-    for [met, doubtful, missed] in kinds {
-        let enough = met > 8_000 && doubtful > 500 && missed > 3_000;
-        assert!(
-            enough,
-            "only {met} met, {doubtful} in doubt, {missed} missed"
-        );
-    }
+    let [met, doubtful, missed] = kinds;
+    let enough = met > 16_000 && doubtful > 1_000 && missed > 6_000;
+    assert!(
+        enough,
+        "only {met} met, {doubtful} in doubt, {missed} missed"
+    );
 }
 
 #[test]
@@ -107,25 +97,16 @@ fn doubles_hold_the_exact_inverse_depth() {
             colour: COLOUR,
             ..Record::default()
         };
-        let floats = Depths::new(&grid, &rectangles(trial, random), &trial.eight());
-        let floats = floats.to_floats(Bounds::Proven);
-        let meetings = Meetings::new(&floats, &EightRecords::of(&[record]));
         let corner = (trial.column - lane, trial.row);
-        let in_doubles = |bounds| InDoubles::new(&grid, bounds, corner, record.sphere);
+        let in_doubles = |bounds| InDoubles::new(&grid, bounds, corner, &record);
         let mut rows = [PixelRow::new(BACKGROUND)];
-        let packets =
-            meetings.in_doubles(0, &mut rows, &in_doubles(Bounds::Proven), &[u64::MAX; SIDE]);
+        let packets = in_doubles(Bounds::Proven).meet(&mut rows, &[u64::MAX; SIDE]);
         if packets != 1 {
             return Err(format!("{packets} packets"));
         }
         kinds[judge(&rows[0], lane as usize, trial, grid.scale)?] += 1;
         let mut refused = [PixelRow::new(BACKGROUND)];
-        meetings.in_doubles(
-            0,
-            &mut refused,
-            &in_doubles(Bounds::Refused),
-            &[u64::MAX; SIDE],
-        );
+        in_doubles(Bounds::Refused).meet(&mut refused, &[u64::MAX; SIDE]);
         let lower = refused[0].lower(lane as usize).to_array()[0];
         if refused[0].open_lanes(lane as usize) & 1 == 0 || lower > 0.0 || lower.is_nan() {
             return Err("refused, but settled".into());
@@ -205,7 +186,7 @@ fn packets_evaluate_what_is_counted() {
         let depths = Depths::new(&grid, &around, &trial.eight()).to_floats(Bounds::Proven);
         let p = f32x8::new(STEPS) + f32x8::splat(depths.p[0]);
         let q = f32x8::splat(depths.q[0]);
-        let terms = Terms::new::<true>(&depths, 0, p, Default::default());
+        let terms = Terms::new(&depths, 0, p, Default::default());
         let splat = |of: [f32; LANES]| f32x8::splat(of[0]);
         let FloatDepths {
             d00,
@@ -228,13 +209,13 @@ fn packets_evaluate_what_is_counted() {
             return Err(format!("{evaluated:x?} instead of {counted:x?}"));
         }
         let mut pixels = PixelRow::new(Default::default());
-        pixels.meet::<true, true>(&terms, 0, q);
+        pixels.meet::<true>(&terms, 0, q);
         let [d, b] = in_row(d, b, q);
-        let (counted, clear) = (b + d.sqrt(), f32x8::splat(depths.clear[0]));
+        let (counted, sure) = (b + d.sqrt(), f32x8::splat(depths.d_sure[0]));
         let evaluated: f32x8 = packet(&pixels.upper, 0);
-        let spread = f32x8::splat(depths.clear_spread[0]);
+        let spread = f32x8::splat(depths.spread[0]);
         let zero = f32x8::splat(0.0);
-        let leads = (counted - spread).simd_gt(zero) & d.simd_gt(clear);
+        let leads = (counted - spread).simd_gt(zero) & d.simd_gt(sure);
         let counted = leads.select(counted, evaluated);
         seen += u64::from(leads.to_bitmask().count_ones());
         if bits(counted) == bits(evaluated) {
