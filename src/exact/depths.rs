@@ -77,6 +77,8 @@ pub(super) struct Depths {
     known: f64x8,
     /// Lanes whose sphere is hit in no pixel of the rectangle.
     missed: f64x8,
+    /// `c`; its sign is exact.
+    power: f64x8,
     /// Lanes with `c > 0`.
     outside: f64x8,
 }
@@ -105,8 +107,8 @@ pub(super) struct SphereDepths {
     pub(super) b_terms: f64,
     /// Whether the polynomials are valid.
     pub(super) known: bool,
-    /// Whether `c > 0`.
-    pub(super) outside: bool,
+    /// `c`; its sign is exact.
+    pub(super) power: f64,
 }
 
 impl SphereDepths {
@@ -274,6 +276,7 @@ impl Depths {
             rows: rectangles.rows,
             known: (outside | inside) & finite,
             missed,
+            power: c,
             outside,
         }
     }
@@ -290,7 +293,6 @@ impl Depths {
         bounds: Bounds,
     ) -> SphereDepths {
         let of = |lanes: &f64x8| lanes.as_array()[lane];
-        let is = |mask: &f64x8| of(mask).to_bits() != 0;
         let &Self {
             d00,
             d10,
@@ -316,8 +318,8 @@ impl Depths {
             d_bound: of(&self.d_bound),
             d_upper: of(&self.top),
             b_terms: of(&self.b_terms),
-            known: is(&self.known) && bounds != Bounds::Refused,
-            outside: is(&self.outside),
+            known: of(&self.known).to_bits() != 0 && bounds != Bounds::Refused,
+            power: of(&self.power),
         }
     }
 }

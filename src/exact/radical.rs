@@ -68,8 +68,8 @@ pub(super) enum Nearer {
 /// `d` and `l` in floats: where two spheres change places.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seam {
-    /// Whether the first sphere is the tested one.
-    tests_first: bool,
+    /// Whether the first sphere is nearer where `d - l |l| > 0`.
+    above_is_first: bool,
     region: Region,
     d: [f32; 6],
     l: [f32; 3],
@@ -105,49 +105,75 @@ pub(super) fn compare(
     first: &SphereDepths,
     second: &SphereDepths,
 ) -> Nearer {
-    if !(first.known && second.known) {
-        return Nearer::Unknown;
-    }
     let (terms, difference) = power_difference(first.sphere, second.sphere);
-    let terms: f64 = terms.iter().map(|term| term.abs()).sum();
-    // The signs of the powers are exact; that of their difference need not be.
-    let first_is_less = if first.outside == second.outside {
-        difference > 0.0
-    } else {
-        second.outside
-    };
-    let both_outside = first.outside && second.outside;
-    let tests_first = first_is_less == both_outside;
+    let Choice {
+        tests_first,
+        tests_less,
+        both_outside,
+    } = Choice::new(first, second, difference);
     let (tested, other, power) = if tests_first {
         (first, second, difference)
     } else {
         (second, first, -difference)
     };
-    let in_camera_plane;
-    let mut side = if power.abs() > LEAST_SHARE * terms {
-        Side::new(grid, tested, other.sphere, power, 0.0)
-    } else {
-        // The plane nearly contains the camera, so the ray's direction decides.
-        in_camera_plane = tested.without_depths();
-        let scale = if both_outside {
-            grid.scale
+    let terms: f64 = terms.iter().map(|term| term.abs()).sum();
+    let on_both = first.power == 0.0 && second.power == 0.0;
+    let flat;
+    let (mut side, above_is_tested) = if power.abs() > LEAST_SHARE * terms && tested.known {
+        let side = Side::new(grid, tested, other.sphere, power, 0.0);
+        (side, both_outside || !tests_less)
+    } else if on_both || tested.known && other.known {
+        // The camera is nearly in the plane, so the direction of the ray decides.
+        flat = tested.without_depths();
+        let sign = if both_outside { 1.0 } else { -1.0 };
+        let more = if on_both {
+            0.0
         } else {
-            -grid.scale
+            POWER_BOUND * terms / grid.scale * tested.upper().max(other.upper())
         };
-        let greatest = tested.upper().max(other.upper());
-        let power_bound = POWER_BOUND * terms / grid.scale;
-        Side::new(
-            grid,
-            &in_camera_plane,
-            other.sphere,
-            scale,
-            power_bound * greatest,
+        (
+            Side::new(grid, &flat, other.sphere, sign * grid.scale, more),
+            true,
         )
+    } else {
+        return Nearer::Unknown;
     };
-    if bounds == Bounds::Ignored {
-        (side.l_bound, side.bound) = (0.0, 0.0);
+    match bounds {
+        Bounds::Proven => {}
+        Bounds::Ignored => (side.l_bound, side.bound) = (0.0, 0.0),
+        Bounds::Refused => return Nearer::Unknown,
     }
-    side.nearer(region, tests_first)
+    side.nearer(region, tests_first == above_is_tested)
+}
+
+/// Which of two spheres is tested.
+struct Choice {
+    tests_first: bool,
+    /// Whether it is the one of less power.
+    tests_less: bool,
+    /// Whether the camera is outside both.
+    both_outside: bool,
+}
+
+impl Choice {
+    /// `difference` is the power of the second sphere less that of the first.
+    fn new(first: &SphereDepths, second: &SphereDepths, difference: f64) -> Self {
+        // The signs of the powers are exact; that of their difference need not be.
+        let outside = [first, second].map(|sphere| sphere.power > 0.0);
+        let first_is_less = if outside[0] == outside[1] {
+            difference > 0.0
+        } else {
+            outside[1]
+        };
+        let greater = if first_is_less { second } else { first };
+        // Of two that the camera is in or on, either will do.
+        let tests_less = outside == [true, true] || outside == [false, false] && !greater.known;
+        Self {
+            tests_first: first_is_less == tests_less,
+            tests_less,
+            both_outside: outside == [true, true],
+        }
+    }
 }
 
 /// On which side of the radical plane the tested sphere is hit: `d` and `l` in doubles.
@@ -189,15 +215,15 @@ impl<'a> Side<'a> {
         }
     }
 
-    /// Which sphere is nearer in a region, the tested one being the first or the second.
-    fn nearer(&self, region: Region, tests_first: bool) -> Nearer {
+    /// Which sphere is nearer in a region; where `d - l |l| > 0` it is the first or the second.
+    fn nearer(&self, region: Region, above_is_first: bool) -> Nearer {
         let Self {
             depths,
             l,
             l_bound,
             bound,
         } = self;
-        let (tested, other) = if tests_first {
+        let (above, below) = if above_is_first {
             (Nearer::First, Nearer::Second)
         } else {
             (Nearer::Second, Nearer::First)
@@ -212,14 +238,14 @@ impl<'a> Side<'a> {
         let span = (l[1] * across).abs() + (l[2] * down).abs() + 2.0 * l_bound;
         let lower = middle - span;
         if middle + span < 0.0 {
-            return tested;
+            return above;
         }
         if lower > 0.0 && lower * lower > depths.d_upper {
-            return other;
+            return below;
         }
         let float = |value: f64| value as f32;
         Nearer::Varies(Seam {
-            tests_first,
+            above_is_first,
             region,
             d: depths.d.map(float),
             l: l.map(float),
@@ -244,7 +270,7 @@ impl Seam {
         let octets = top / LANES * LANES..(bottom / LANES + 1) * LANES;
         nearer.first[octets.clone()].fill(0);
         nearer.second[octets].fill(0);
-        let [first, second] = if self.tests_first {
+        let [first, second] = if self.above_is_first {
             [&mut nearer.first, &mut nearer.second]
         } else {
             [&mut nearer.second, &mut nearer.first]

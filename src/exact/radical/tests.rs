@@ -21,7 +21,7 @@ fn partner(trial: &Trial, random: &mut Random) -> Sphere {
         let steps = random.below(5) as i32 - 2;
         f32::from_bits(length.to_bits().wrapping_add_signed(steps))
     };
-    match random.below(7) {
+    match random.below(8) {
         0 => return sphere(random, &trial.camera, trial.column, trial.row),
         1 => other.radius *= random.between(0.5, 1.5) as f32,
         2 => {
@@ -35,17 +35,35 @@ fn partner(trial: &Trial, random: &mut Random) -> Sphere {
         // The same power, so that the camera is in the radical plane.
         4 => other.centre = [-x, y, z],
         5 => other.centre = [y, x, z],
+        6 => return on_the_surface(random),
         // Almost the same power.
         _ => other.centre = [-x, nudge(y, random), nudge(z, random)],
     }
     other
 }
 
+/// A sphere on whose surface the camera is, exactly.
+fn on_the_surface(random: &mut Random) -> Sphere {
+    let lengths = [[3, 4, 12, 13], [1, 2, 2, 3], [2, 3, 6, 7], [8, 9, 12, 17]];
+    let [x, y, z, radius] = lengths[random.below(4) as usize];
+    let turned = [[x, y, z], [y, z, x], [z, x, y]][random.below(3) as usize];
+    let times = (1 + random.below(4)) as f32;
+    Sphere {
+        centre: turned.map(|length| (random.sign() as f32) * times * length as f32),
+        radius: times * radius as f32,
+        colour: [0; 3],
+    }
+}
+
 /// Both spheres in the trial's tile, if both may be visible there.
 fn pair(trial: &Trial, grid: &Grid, random: &mut Random) -> Option<[Record; 2]> {
+    let mut trial = *trial;
+    if random.below(8) == 0 {
+        trial.sphere = on_the_surface(random);
+    }
     let other = Trial {
-        sphere: partner(trial, random),
-        ..*trial
+        sphere: partner(&trial, random),
+        ..trial
     };
     let lengths = other.lengths();
     let valid = lengths.iter().all(|length| length.is_finite()) && lengths[3] > 0.0;
