@@ -53,11 +53,9 @@ use std::{panic, process::ExitCode, sync::Once};
 use self::{
     arguments::{Arguments, Mode},
     failure::{EXIT_NOBODY_READS, Failure},
-    messages::print,
+    messages::{print, tell},
     workers::Workers,
 };
-
-pub(crate) use self::messages::tell;
 
 pub(crate) fn main() -> ExitCode {
     report_panics_in_one_line();

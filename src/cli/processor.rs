@@ -1,5 +1,7 @@
 //! Whether this CPU has every feature that the program was compiled for.
 
+use std::io::{self, Write};
+
 /// The first feature that the compiler was allowed to use and this CPU lacks. An
 /// instruction of it would end the program with a signal.
 ///
@@ -45,4 +47,18 @@ pub(crate) fn missing_feature() -> Option<&'static str> {
 #[cfg(not(target_arch = "x86_64"))]
 pub(crate) fn missing_feature() -> Option<&'static str> {
     None
+}
+
+/// Reports a missing feature. The standard library is compiled for any CPU of this kind, and
+/// calls with one text each leave the compiler nothing to vectorise. The functions for other
+/// messages would use the missing feature.
+pub(crate) fn report(feature: &str) {
+    write("sfera: this program was built for a CPU with ");
+    write(feature);
+    write(", which this one lacks; build it again on this machine (make build)\n");
+}
+
+#[inline(never)]
+fn write(text: &str) {
+    let _ = io::stderr().write_all(text.as_bytes());
 }
