@@ -60,14 +60,17 @@ sanitize:
 	    cargo test --target x86_64-unknown-linux-gnu --target-dir target/address \
 	    --lib --test bit_identity --test cli --test hostile
 
-## sanitize-threads   the thread sanitizer: tests of the library and of bit identity; hours
-# The standard library is built for it from its sources. Of these tests only some have
-# been run to their end, see perf-notes.md.
+## sanitize-threads   the thread sanitizer: tests of bit identity, and of the library where it has threads
+# The standard library is built for it from its sources. Code of these modules runs on the
+# thread that calls it, and their tests are much arithmetic; full HD takes too long.
+ONE_THREAD := camera nearness reference scene::number \
+    $(addprefix exact::,bounds boxes coverage decide depths outline packet paint radical real sight)
 sanitize-threads:
 	rustup component add rust-src
 	RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=thread -C target-cpu=native" \
 	    cargo test -Zbuild-std --target x86_64-unknown-linux-gnu --target-dir target/thread \
-	    --no-default-features --lib --test bit_identity -- --skip full_hd
+	    --no-default-features --lib --test bit_identity -- \
+	    --skip full_hd $(ONE_THREAD:%=--skip %::)
 
 ## proof   error bounds checked by Gappa, Debian's package gappa; scripts to target/proof, written from the formulas that run
 # Those in target/proof/refused claim half of a bound. A warning means a step that was
