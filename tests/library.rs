@@ -5,7 +5,7 @@ use std::{fs, io, path::PathBuf};
 use sfera::{
     camera::ImageSize,
     ppm::{self, ImageError, MappedImage, SharedImage},
-    render::{Form, Method, Renderer},
+    render::{Form, Method, Renderer, differing_pixels},
     scene::{Scene, Viewport},
     spheres::{LengthError, Sphere},
 };
@@ -50,6 +50,9 @@ fn a_scene_is_equal_to_the_one_that_its_text_describes() {
         [3.0, 4.0].map(|z| Sphere::new([0.25, 0.0, z], 0.5, [z as u8, 0, 9]).expect("a sphere"));
     let scene = Scene::new(viewport, [7; 3], spheres).expect("a scene");
     assert_eq!(scene.to_string().parse::<Scene>().expect("a scene"), scene);
+    let mut text = Vec::new();
+    scene.write_text(&mut text).expect("memory to write to");
+    assert_eq!(text, scene.to_string().into_bytes());
     let other = Scene::new(viewport, [7; 3], [spheres[1], spheres[0]]).expect("a scene");
     assert_ne!(other, scene);
 }
@@ -65,6 +68,9 @@ fn methods_have_names() {
     ] {
         assert_eq!(method.to_string().parse(), Ok(method));
     }
+    assert_eq!(Method::Double(Form::Scalar).form(), Some(Form::Scalar));
+    assert_eq!(Method::Textbook(Form::Packets).form(), Some(Form::Packets));
+    assert_eq!(Method::Exact.form(), None);
     let unknown = "Exact"
         .parse::<Method>()
         .expect_err("names are in lower case");
@@ -140,4 +146,33 @@ fn rows_beyond_a_shared_image_are_refused_before_anything_is_mapped() {
     let folder = tempfile::tempdir().expect("a folder");
     let image = SharedImage::open(folder.path().join("image.ppm"), size());
     let _ = image.expect("an image").draw(2..4, |_, _| ());
+}
+
+#[test]
+fn an_image_is_written_to_a_stream_row_by_row() {
+    assert_eq!(size().to_string(), "5 x 3");
+    let mut stream = Vec::new();
+    ppm::write_image(&mut stream, size(), |rows, pixels| {
+        for (row, pixels) in rows.zip(pixels.chunks_exact_mut(size().row_bytes())) {
+            pixels.fill(row as u8);
+        }
+    })
+    .expect("memory to write to");
+    let rows = (0..3).flat_map(|row| [row; 15]);
+    let expected: Vec<u8> = b"P6\n5 3\n255\n".iter().copied().chain(rows).collect();
+    assert_eq!(stream, expected);
+}
+
+#[test]
+fn pixels_that_differ_are_counted_once_each() {
+    let one = [1, 2, 3, 4, 5, 6, 7, 8, 9];
+    for (other, expected) in [
+        (vec![1, 2, 3, 4, 5, 6, 7, 8, 9], 0),
+        (vec![0, 2, 3, 4, 0, 6, 7, 8, 0], 3),
+        (vec![0, 0, 0, 4, 5, 6], 1),
+        (vec![], 0),
+    ] {
+        assert_eq!(differing_pixels(&one, &other), expected, "{other:?}");
+        assert_eq!(differing_pixels(&other, &one), expected, "{other:?}");
+    }
 }

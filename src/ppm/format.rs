@@ -110,6 +110,25 @@ mod tests {
     }
 
     #[test]
+    fn groups_of_a_large_picture_consist_of_whole_rows_of_tiles() {
+        let size = size(100, 1000);
+        for rows in [64, 65, 127, 128, 200, 500, 999] {
+            let groups: Vec<_> = groups(size, 0..1000, rows * size.row_bytes()).collect();
+            let (last, others) = groups.split_last().expect("a group");
+            assert!(others.iter().all(|group| group.len() % WHOLE_TILES == 0));
+            assert!(last.len() <= groups[0].len());
+        }
+        // Without need for several groups there is one, and small ones are even.
+        for bytes in [127 * size.row_bytes(), usize::MAX] {
+            assert_eq!(groups(size, 0..100, bytes).next(), Some(0..100));
+        }
+        let lengths: Vec<_> = groups(size, 0..100, 40 * size.row_bytes())
+            .map(|group| group.len())
+            .collect();
+        assert_eq!(lengths, [34, 34, 32]);
+    }
+
+    #[test]
     fn the_last_possible_row_is_in_a_group() {
         let size = ImageSize::of_sides(1, u32::MAX);
         let last = groups(size, u32::MAX - 5..u32::MAX, 6).last();

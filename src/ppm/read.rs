@@ -261,15 +261,13 @@ impl<R: BufRead> Header<'_, R> {
             byte = self.after_comment()?;
         }
         let mut value = 0_u64;
-        let mut digits = 0;
         while let Some(digit) = byte.filter(u8::is_ascii_digit) {
             value = value
                 .saturating_mul(10)
                 .saturating_add(u64::from(digit - b'0'));
-            digits += 1;
             byte = self.after_comment()?;
         }
-        match byte.filter(|&end| digits > 0 && is_white_space(end)) {
+        match byte.filter(|&end| is_white_space(end)) {
             Some(end) => Ok((value, end)),
             None => Err(self.broken(what, byte)),
         }
@@ -426,6 +424,7 @@ mod tests {
             ("P6\n1 1\n", "the greatest value is missing"),
             ("P6\n1\n", "the height is missing"),
             ("P6\n1 x\n255\nabc", "\"x\" was found"),
+            ("P6\n1 1\n255xabc", "\"x\" was found"),
             ("P6\n1 -1\n255\nabc", "\"-\" was found"),
             ("P6\n1 1\n255", "it ends"),
             ("P6\n1 1\n255\nab", "2 bytes instead of 3"),
@@ -439,6 +438,120 @@ mod tests {
                 let message = read.expect_err(bytes);
                 assert!(message.contains(words), "{bytes:?}: {message}");
             }
+        }
+    }
+
+    #[test]
+    fn what_is_there_instead_is_named_by_its_first_bytes() {
+        for (bytes, word) in [
+            (b"P1".as_slice(), "without colour"),
+            (b"P2", "without colour"),
+            (b"P4", "without colour"),
+            (b"P7", "a PAM"),
+            (b"\x89PNG", "a PNG"),
+            (b"\xff\xd8\xff", "a JPEG"),
+            (b"BM", "a BMP"),
+            (b"GIF89a", "a GIF"),
+            (b"II*", "a TIFF"),
+            (b"MM", "a TIFF"),
+            (b"\0\0", "something else"),
+        ] {
+            for read in read(bytes, size(1, 1)) {
+                let message = read.expect_err("a picture of another kind");
+                assert!(message.contains(word), "{bytes:?}: {message}");
+            }
+        }
+    }
+
+    fn assert_rest<R: BufRead>(mut picture: Picture<R>, expected: &[u8]) {
+        let mut rest = vec![0; expected.len()];
+        picture.read(&mut rest).expect("the other rows");
+        assert_eq!(rest, expected);
+        let error = picture.read(&mut [0]).expect_err("nothing more");
+        let message = error.to_string();
+        assert!(message.contains("18 bytes instead of 18"), "{message}");
+    }
+
+    #[test]
+    fn rows_are_read_from_any_row_on_and_counted() {
+        let size = size(2, 3);
+        let pixels: Vec<u8> = (0..18).collect();
+        let bytes = [b"P6 2 3 255\n".as_slice(), &pixels].concat();
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("picture");
+        std::fs::write(&path, &bytes).expect("a file");
+        for row in 0..=3 {
+            let file = Picture::open(&path, size, row).expect("a picture");
+            let mut stream = Picture::new(&bytes[..], &path, size).expect("a picture");
+            stream.skip(row).expect("so many rows");
+            let from = row as usize * size.row_bytes();
+            assert_rest(file, &pixels[from..]);
+            assert_rest(stream, &pixels[from..]);
+        }
+        for length in [bytes.len() - 1, bytes.len() + 1] {
+            let mut other = bytes.clone();
+            other.resize(length, 0);
+            std::fs::write(&path, &other).expect("a file");
+            assert!(Picture::open(&path, size, 0).is_err(), "{length} bytes");
+        }
+        let mut stream = Picture::new(&bytes[..23], &path, size).expect("a picture");
+        let message = stream.skip(3).expect_err("two rows").to_string();
+        assert!(
+            message.contains("ends in row 2: its pixels are 12 bytes instead of 18"),
+            "{message}"
+        );
+    }
+
+    /// A source that is interrupted before every byte, and in the end fails.
+    struct Interrupted<'a> {
+        bytes: &'a [u8],
+        now: bool,
+    }
+
+    impl Read for Interrupted<'_> {
+        fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+            self.now = !self.now;
+            if self.now {
+                return Err(io::ErrorKind::Interrupted.into());
+            }
+            match self.bytes.split_off_first() {
+                Some(&byte) => {
+                    buffer[0] = byte;
+                    Ok(1)
+                }
+                None => Err(io::ErrorKind::ConnectionReset.into()),
+            }
+        }
+    }
+
+    #[test]
+    fn an_interrupted_source_is_read_on_and_one_that_fails_is_reported() {
+        let size = size(1, 2);
+        let open = |bytes| {
+            let source = Interrupted { bytes, now: false };
+            Picture::new(BufReader::with_capacity(1, source), "a pipe", size)
+        };
+        let mut pixels = [0; 6];
+        let mut picture = open(b"P6 1 2 255 abcdef").expect("a header");
+        picture.read(&mut pixels).expect("pixels");
+        assert_eq!(&pixels, b"abcdef");
+        assert!(picture.finish().is_err());
+
+        assert!(open(b"P6 1 2 25").is_err());
+        let mut picture = open(b"P6 1 2 255 abcde").expect("a header");
+        assert!(picture.read(&mut pixels).is_err());
+        let mut picture = open(b"P6 1 2 255 abcde").expect("a header");
+        assert!(picture.skip(2).is_err());
+    }
+
+    #[test]
+    fn what_follows_the_last_row_is_refused_once_that_is_read() {
+        let bytes = b"P6 1 2 255\nabcdefg";
+        let size = size(1, 2);
+        for rows in 0..=2 {
+            let mut picture = Picture::new(&bytes[..], "a string", size).expect("a picture");
+            picture.skip(rows).expect("so many rows");
+            assert_eq!(picture.finish().is_err(), rows == 2);
         }
     }
 

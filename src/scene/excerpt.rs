@@ -115,6 +115,13 @@ mod tests {
     }
 
     #[test]
+    fn bytes_that_are_no_text_hide_nothing_behind_them() {
+        let long = [b"\xff".as_slice(), &b"0123456789".repeat(20)].concat();
+        let Excerpt { text, .. } = Excerpt::new(b"", &long);
+        assert!(text.contains("0123456789"), "{text}");
+    }
+
+    #[test]
     fn a_quotation_is_short_and_says_how_long_the_word_is() {
         assert_eq!(quoted(b"a\0b"), "\"a\\x00b\"");
         assert_eq!(quoted(&[b'x'; 40]), format!("\"{}\"", "x".repeat(40)));

@@ -74,3 +74,34 @@ impl Follower {
         false
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::BufReader;
+
+    use super::*;
+
+    #[test]
+    fn spheres_are_on_the_lines_of_their_letters() {
+        let text = b"VP 1 1 1 # S\nBG 0 0 0\nOBJ_N 3\n\n  S 0 0 5 1 1 1 1 S#S\n0 SS xS Sx\nS\tS\nS";
+        let expected = [Some(5), Some(5), Some(7), Some(7), None, None];
+        for capacity in [1, 7, 1000] {
+            let lines = |spheres: &[usize]| {
+                let mut text = BufReader::with_capacity(capacity, &text[..]);
+                lines_of_spheres(&mut text, spheres).expect("text in memory")
+            };
+            assert_eq!(lines(&[0, 1, 2, 3, 4, 9]), expected);
+            assert_eq!(lines(&[1, 3, 4]), [expected[1], expected[3], None]);
+            assert_eq!(lines(&[]), []);
+        }
+    }
+
+    #[test]
+    fn text_behind_the_last_of_the_spheres_is_not_read() {
+        let mut text = BufReader::with_capacity(4, &b"S 1\nS 2\nS 3\n"[..]);
+        let lines = lines_of_spheres(&mut text, &[0]).expect("text in memory");
+        assert_eq!(lines, [Some(1)]);
+        assert_eq!(text.buffer(), b"");
+        assert_eq!(text.get_ref(), b"S 2\nS 3\n");
+    }
+}

@@ -61,3 +61,49 @@ fn remedy_of_kind(error: &io::Error) -> &'static str {
 fn remedy_of_kind(_error: &io::Error) -> &'static str {
     ""
 }
+
+#[cfg(all(test, unix))]
+mod tests {
+    use rustix::io::Errno;
+
+    use super::*;
+
+    #[test]
+    fn errors_of_the_system_come_with_what_can_be_done() {
+        for (errno, words) in [
+            (Errno::NOSPC, "free some space"),
+            (Errno::DQUOT, "free some space"),
+            (Errno::NOENT, "make the directory first"),
+            (Errno::NOTDIR, "is not a directory"),
+            (Errno::ACCESS, "ask for permission"),
+            (Errno::PERM, "ask for permission"),
+            (Errno::ROFS, "that can be written"),
+            (Errno::NAMETOOLONG, "a shorter name"),
+            (Errno::FBIG, "ulimit -f"),
+            (Errno::NOMEM, "ulimit -v"),
+            (Errno::XDEV, "files from elsewhere"),
+            (Errno::BUSY, "it is in use"),
+            (Errno::STALE, "network file system"),
+            (Errno::IO, "dmesg"),
+            (Errno::BADF, "descriptor"),
+            (Errno::LOOP, "symbolic links"),
+            (Errno::MFILE, "ulimit -n"),
+            (Errno::NFILE, "ulimit -n"),
+        ] {
+            let advice = remedy(&errno.into());
+            assert!(
+                advice.starts_with("; ") && advice.contains(words),
+                "{advice}"
+            );
+        }
+        assert_eq!(remedy(&Errno::PIPE.into()), "");
+    }
+
+    #[test]
+    fn the_reason_is_that_of_the_system_without_its_number() {
+        let full = io::Error::from(Errno::NOSPC);
+        assert!(full.to_string().contains("(os error 28)"));
+        assert_eq!(reason(&full), "no space left on device");
+        assert_eq!(reason(&io::Error::other("Torn Paper")), "Torn Paper");
+    }
+}

@@ -22,14 +22,19 @@ const PARSER_ALONE: Sizes = Sizes {
     fast: usize::MAX,
 };
 
-/// A source that gives a few bytes at a time, as a pipe can.
+/// A source that gives a few bytes at a time, as a pipe can, and is interrupted between.
 struct Trickle<'a> {
     text: &'a [u8],
     at_most: usize,
+    interrupted: bool,
 }
 
 impl Read for Trickle<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.interrupted = !self.interrupted;
+        if self.interrupted {
+            return Err(io::ErrorKind::Interrupted.into());
+        }
         let at_most = self.at_most.min(buffer.len());
         self.text.read(&mut buffer[..at_most])
     }
@@ -42,7 +47,11 @@ fn outcome(text: &[u8], sizes: Sizes, at_most: usize) -> Result<String, String> 
         first: sizes.first.min(text.len() + 1),
         ..sizes
     };
-    let source = &mut Trickle { text, at_most };
+    let source = &mut Trickle {
+        text,
+        at_most,
+        interrupted: false,
+    };
     let size = Some(text.len() as u64);
     let scene = read(source, size, sizes, |_| |_: &Sphere| true).map_err(|error| {
         let kind = format!("{:?}", error.kind());
@@ -217,6 +226,32 @@ proptest! {
         prop_assert_eq!(&found, &expected);
         let again: crate::spheres::Spheres = expected.into_iter().collect();
         prop_assert_eq!(format!("{again:?}"), format!("{:?}", kept.spheres));
+    }
+}
+
+/// The formats of both kinds of numbers are read in several ways; none takes what the
+/// parser refuses.
+#[test]
+fn a_radius_of_nothing_is_refused_in_every_sphere() {
+    for wrong in 0..12 {
+        for radius in ["0", "-1", "-0.0", "0e9"] {
+            let mut text = String::from("VP 1 1 1 BG 0 0 0 OBJ_N 12\n");
+            for index in 0..12 {
+                let radius = if index == wrong { radius } else { "0.5" };
+                let _ = writeln!(text, "S 0.25 -1.5 7 {radius} 1 2 {index}");
+            }
+            // Chunks that hold one sphere, and one that holds all.
+            for chunk in [TINY.chunk, 1000] {
+                let sizes = Sizes {
+                    window: chunk,
+                    chunk,
+                    ..TINY
+                };
+                agree(text.as_bytes(), sizes, usize::MAX);
+                let error = outcome(text.as_bytes(), sizes, usize::MAX).expect_err(radius);
+                assert!(error.contains("the radius of sphere"), "{error}");
+            }
+        }
     }
 }
 
