@@ -3,14 +3,14 @@
 use std::ops::Range;
 
 use super::{
-    bins::{Candidate, Large, Record},
+    bins::{Candidate, EightRecords, Large, Record},
     bits::{runs, set_bits},
     counts::Counts,
     coverage::{Coverage, Tile},
     crowd::{Crowd, CrowdedTile, OpenPixel},
     decide::decide,
     grid::SIDE,
-    packet::{InDoubles, PixelRow},
+    packet::{Meetings, PixelRow},
     paint::{Pattern, colour_lane, put_eight, put_some},
     prepared::Prepared,
     rows::{self, BandRows},
@@ -39,6 +39,8 @@ pub(super) struct Scratch {
     crowd: Crowd,
     pixels: Vec<PixelRow>,
     open: Vec<OpenPixel>,
+    /// The indices in the coverage of the spheres that packets meet.
+    met: Vec<usize>,
     candidates: Vec<Candidate>,
 }
 
@@ -286,19 +288,34 @@ impl<'a> Band<'a> {
         }
     }
 
-    /// Draws the contested pixels of a tile of few spheres by packets, in doubles.
+    /// Draws the contested pixels of a tile of few spheres by packets.
     fn settle_contested(&mut self, tile: &Tile) {
         let Scratch {
-            coverage, pixels, ..
+            coverage,
+            pixels,
+            met,
+            ..
         } = &mut *self.scratch;
-        let Prepared { grid, bounds, .. } = self.prepared;
-        for &at in &coverage.order {
-            let covering = &coverage.spheres[at];
-            if coverage.is_contested(covering) {
-                let corner = (tile.column, tile.row);
-                let in_doubles = InDoubles::new(grid, *bounds, corner, &covering.record);
+        met.clear();
+        let contested = |at: &usize| coverage.is_contested(&coverage.spheres[*at]);
+        met.extend(coverage.order.iter().copied().filter(contested));
+        let crowded = CrowdedTile {
+            grid: &self.prepared.grid,
+            bins: &self.prepared.bins,
+            bounds: self.prepared.bounds,
+            tile: *tile,
+        };
+        for places in met.chunks(LANES) {
+            let last = places.len() - 1;
+            let of = |lane: usize| &coverage.spheres[places[lane.min(last)]];
+            let eight = EightRecords::new(&std::array::from_fn(|lane| of(lane).record));
+            let depths = crowded.depths(&eight);
+            let meetings = Meetings::new(&depths, &eight);
+            for lane in 0..places.len() {
+                let wanted = coverage.contested_by(of(lane));
+                let record = &of(lane).record;
                 self.counts.sphere_tests +=
-                    in_doubles.meet(pixels, &coverage.contested_by(covering));
+                    crowded.meet_masked(&meetings, lane, record, pixels, &wanted);
             }
         }
         for row in 0..SIDE {

@@ -296,14 +296,9 @@ pub(super) const TANGENT_BOUND: f64 = 8.0;
 
 // Radical planes: theorem 10.
 
-/// How much `c' - c` may be, of its terms, where it is computed as no more than [`LEAST_SHARE`].
-///
-/// | term | error | sum in `LEAST_SHARE` |
-/// | --- | --- | --- |
-/// | the share | | 1 |
-/// | the difference and the sum of two lengths, their product, three sums: 6 roundings | `2^-50` | 1 |
-/// | to spare; of it a few roundings of the factors that follow | | 2 |
-pub(super) const POWER_BOUND: f64 = 2.0 * LEAST_SHARE;
+/// Of `c' - c`, if less than this share of `|c| + |c'|` is left, too much has cancelled for the
+/// difference of both to be used. A choice, not an error.
+pub(super) const LEAST_SHARE_OF_POWERS: f64 = 1.0 / 32.0;
 
 /// `l` in floats, of the sum of the magnitudes of its terms.
 ///
@@ -318,11 +313,12 @@ pub(super) const PLANE_SIDE_BOUND: f64 = 6.0 * U32;
 ///
 /// | term | error | sum in `2^-32` |
 /// | --- | --- | --- |
-/// | `c' - c`: 7 roundings of terms of which [`LEAST_SHARE`] is left | `2^-30` | 4 |
-/// | `c`, in `b` | `2^-32` | 5 |
-/// | 11 roundings of doubles | `2^-49` | 5 |
-/// | to spare | | 8 |
-pub(super) const PLANE_TERMS_BOUND: f64 = 1.0 / (1 << 29) as f64;
+/// | `c' - c`: 7 roundings of terms of which [`LEAST_SHARE`] is left | `2^-30` | |
+/// | or both wrong by `2^-32`, and [`LEAST_SHARE_OF_POWERS`] is left | `2^-27` | 32 |
+/// | `c`, in `b` | `2^-32` | 33 |
+/// | 11 roundings of doubles | `2^-49` | 33 |
+/// | to spare | | 64 |
+pub(super) const PLANE_TERMS_BOUND: f64 = 1.0 / (1 << 26) as f64;
 
 /// `d - l |l|` in floats, of the square of the upper bound of `|l|`; that of `d` is the
 /// last one of [`D_BOUND`].

@@ -282,7 +282,7 @@ impl Crowd {
 
 impl CrowdedTile<'_> {
     #[inline]
-    fn depths(&self, eight: &EightRecords) -> FloatDepths {
+    pub(super) fn depths(&self, eight: &EightRecords) -> FloatDepths {
         let rectangles = self.tile.rectangles(eight);
         Depths::new(self.grid, &rectangles, &eight.spheres).to_floats(self.bounds)
     }
@@ -297,15 +297,43 @@ impl CrowdedTile<'_> {
         pixels: &mut [PixelRow],
     ) -> u64 {
         if meetings.depths.known >> lane & 1 == 0 {
-            let corner = (self.tile.column, self.tile.row);
-            let in_doubles = InDoubles::new(self.grid, self.bounds, corner, record);
-            in_doubles.meet(pixels, &[u64::MAX; SIDE])
+            self.meet_in_doubles(record, pixels, &[u64::MAX; SIDE])
         } else if record.is_narrow() {
             meetings.narrow::<PROVEN>(lane, pixels)
         } else {
             let [left, right, top, bottom] = record.sides().map(usize::from);
             meetings.wide::<PROVEN>(lane, pixels, (left, right + 1), (top, bottom + 1))
         }
+    }
+
+    /// Meets a sphere in those pixels of its box that have a bit in `wanted`, and perhaps in
+    /// pixels beside them.
+    pub(super) fn meet_masked(
+        &self,
+        meetings: &Meetings<'_>,
+        lane: usize,
+        record: &Record,
+        pixels: &mut [PixelRow],
+        wanted: &[u64; SIDE],
+    ) -> u64 {
+        if meetings.depths.known >> lane & 1 == 0 {
+            self.meet_in_doubles(record, pixels, wanted)
+        } else if self.bounds == Bounds::Ignored {
+            meetings.masked::<false>(lane, pixels, wanted)
+        } else {
+            meetings.masked::<true>(lane, pixels, wanted)
+        }
+    }
+
+    #[cold]
+    fn meet_in_doubles(
+        &self,
+        record: &Record,
+        pixels: &mut [PixelRow],
+        wanted: &[u64; SIDE],
+    ) -> u64 {
+        let corner = (self.tile.column, self.tile.row);
+        InDoubles::new(self.grid, self.bounds, corner, record).meet(pixels, wanted)
     }
 }
 

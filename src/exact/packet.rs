@@ -262,10 +262,41 @@ impl<'a> Meetings<'a> {
         }
         met
     }
+
+    /// Meets a sphere in those pixels of its box that have a bit in `wanted`, and perhaps in
+    /// pixels beside them. Returns the number of packets.
+    pub(super) fn masked<const PROVEN: bool>(
+        &self,
+        lane: usize,
+        rows: &mut [PixelRow],
+        wanted: &[u64; SIDE],
+    ) -> u64 {
+        let depths = self.depths;
+        let [left, right, top, bottom] = self.boxes.sides(lane);
+        let wanted = &wanted[top..bottom + 1];
+        let columns = wanted.iter().fold(0, |columns, row| columns | row);
+        let mut met = 0;
+        for first in (left..right + 1).step_by(LANES) {
+            let bits = 0xff << first;
+            if columns & bits == 0 {
+                continue;
+            }
+            let p = f32x8::splat((first - left) as f32 + depths.p[lane]);
+            let terms = Terms::new(depths, lane, f32x8::new(STEPS) + p, self.colours[lane]);
+            let rows = rows[top..].iter_mut().zip(wanted).enumerate();
+            for (down, (pixels, wanted)) in rows {
+                if wanted & bits != 0 {
+                    let q = f32x8::splat(down as f32 + depths.q[lane]);
+                    pixels.meet::<PROVEN>(&terms, first, q);
+                    met += 1;
+                }
+            }
+        }
+        met
+    }
 }
 
-/// A sphere to meet in doubles, in a tile: one whose inverse depths are beyond floats, or in few
-/// pixels.
+/// A sphere to meet in doubles, in a tile: one whose inverse depths are beyond floats.
 pub(super) struct InDoubles<'a> {
     grid: &'a Grid,
     bounds: Bounds,
@@ -296,7 +327,6 @@ impl<'a> InDoubles<'a> {
 
     /// Meets the sphere in those pixels of its box that have a bit in `wanted`, and perhaps in
     /// pixels beside them. Returns the number of packets.
-    #[cold]
     pub(super) fn meet(&self, rows: &mut [PixelRow], wanted: &[u64; SIDE]) -> u64 {
         let [left, right, top, bottom] = self.record.sides().map(usize::from);
         let colour = u32x8::splat(colour_lane(self.record.colour));

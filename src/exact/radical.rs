@@ -22,7 +22,8 @@ use wide::f32x8;
 use super::{
     bins::Record,
     bounds::{
-        LEAST_BOUND, LEAST_SHARE, PLANE_SIDE_BOUND, PLANE_TERMS_BOUND, POWER_BOUND, SIDE_BOUND,
+        LEAST_BOUND, LEAST_SHARE, LEAST_SHARE_OF_POWERS, PLANE_SIDE_BOUND, PLANE_TERMS_BOUND,
+        SIDE_BOUND,
     },
     depths::SphereDepths,
     grid::{Grid, SIDE, float_above},
@@ -105,7 +106,7 @@ pub(super) fn compare(
     first: &SphereDepths,
     second: &SphereDepths,
 ) -> Nearer {
-    let (terms, difference) = power_difference(first.sphere, second.sphere);
+    let (difference, difference_bound) = power_between(first, second);
     let Choice {
         tests_first,
         tests_less,
@@ -116,10 +117,9 @@ pub(super) fn compare(
     } else {
         (second, first, -difference)
     };
-    let terms: f64 = terms.iter().map(|term| term.abs()).sum();
     let on_both = first.power == 0.0 && second.power == 0.0;
     let flat;
-    let (mut side, above_is_tested) = if power.abs() > LEAST_SHARE * terms && tested.known {
+    let (mut side, above_is_tested) = if power.abs() > difference_bound && tested.known {
         let side = Side::new(grid, tested, other.sphere, power, 0.0);
         (side, both_outside || !tests_less)
     } else if on_both || tested.known && other.known {
@@ -129,7 +129,7 @@ pub(super) fn compare(
         let more = if on_both {
             0.0
         } else {
-            POWER_BOUND * terms / grid.scale * tested.upper().max(other.upper())
+            2.0 * difference_bound / grid.scale * tested.upper().max(other.upper())
         };
         (
             Side::new(grid, &flat, other.sphere, sign * grid.scale, more),
@@ -144,6 +144,20 @@ pub(super) fn compare(
         Bounds::Refused => return Nearer::Unknown,
     }
     side.nearer(region, tests_first == above_is_tested)
+}
+
+/// The power of the second sphere less that of the first: from the spheres, or, where that cancels
+/// less, from both powers. Where it is greater than the number beside it, it is wrong by at most
+/// `2^-27` of itself; and twice that number is a bound of it elsewhere.
+fn power_between(first: &SphereDepths, second: &SphereDepths) -> (f64, f64) {
+    let (terms, difference) = power_difference(first.sphere, second.sphere);
+    let terms = terms.iter().map(|term| term.abs()).sum::<f64>() * LEAST_SHARE;
+    let powers = (first.power.abs() + second.power.abs()) * LEAST_SHARE_OF_POWERS;
+    if powers < terms {
+        (second.power - first.power, powers)
+    } else {
+        (difference, terms)
+    }
 }
 
 /// Which of two spheres is tested.

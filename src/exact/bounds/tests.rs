@@ -244,8 +244,8 @@ fn radical_planes() {
     let [tested, other] = [["x", "y", "z", "r"], ["x'", "y'", "z'", "r'"]];
     let [tested, other] = [tested, other].map(|names| names.map(Traced::float));
     let (_, difference) = power_difference(tested, other);
-    let of_power = f64::from(greatest(&[difference], &[]) + 1) * U;
-    assert_least("POWER_BOUND", POWER_BOUND, LEAST_SHARE + of_power);
+    let of_terms = f64::from(greatest(&[difference], &[]) + 1) * U / LEAST_SHARE;
+    let of_powers = 2_f64.powi(-32) / LEAST_SHARE_OF_POWERS;
 
     let b = ["b00", "b10", "b01"].map(|name| Traced::rounded(name, 0));
     let ray = [("X", 3), ("Y", 3), ("dX", 2), ("dY", 2)];
@@ -254,7 +254,7 @@ fn radical_planes() {
     let plane = radical_plane(tested, other, Traced::constant(2.0) / power, ray, b);
     // `b` has its roundings already, and is wrong by what `c` is.
     let roundings = f64::from(greatest(&plane, &[]).max(9) + 1) * U;
-    let derived = of_power / LEAST_SHARE + 2_f64.powi(-32) + roundings;
+    let derived = of_terms.max(of_powers) + 2_f64.powi(-32) + roundings;
     assert_least("PLANE_TERMS_BOUND", PLANE_TERMS_BOUND, derived);
 
     let d = ["d00", "d10", "d01", "d20", "d11", "d02"].map(|name| Traced::rounded(name, 1));
