@@ -7,7 +7,7 @@ use super::{
     bits::{runs, set_bits},
     counts::Counts,
     coverage::{Coverage, Tile},
-    crowd::{Crowd, CrowdedTile, OpenPixel},
+    crowd::{Crowd, PreparedTile, UndecidedPixel},
     decide::decide,
     grid::SIDE,
     packet::{Meetings, PixelRow},
@@ -38,7 +38,7 @@ pub(super) struct Scratch {
     coverage: Coverage,
     crowd: Crowd,
     pixels: Vec<PixelRow>,
-    open: Vec<OpenPixel>,
+    undecided: Vec<UndecidedPixel>,
     /// The indices in the coverage of the spheres that packets meet.
     met: Vec<usize>,
     candidates: Vec<Candidate>,
@@ -250,8 +250,11 @@ impl<'a> Band<'a> {
     /// Paints the masks of the coverage from far to near, and settles the contested pixels.
     fn draw_few(&mut self, tile: &Tile) {
         let coverage = &self.scratch.coverage;
-        if let ([at], true, false) = (&coverage.order[..], coverage.closed, coverage.any_contested)
-        {
+        if let ([at], true, false) = (
+            &coverage.order[..],
+            coverage.is_covered,
+            coverage.any_contested,
+        ) {
             let colour = coverage.spheres[*at].record.colour;
             self.fill(tile, colour);
             return;
@@ -290,34 +293,7 @@ impl<'a> Band<'a> {
 
     /// Draws the contested pixels of a tile of few spheres by packets.
     fn settle_contested(&mut self, tile: &Tile) {
-        let Scratch {
-            coverage,
-            pixels,
-            met,
-            ..
-        } = &mut *self.scratch;
-        met.clear();
-        let contested = |at: &usize| coverage.is_contested(&coverage.spheres[*at]);
-        met.extend(coverage.order.iter().copied().filter(contested));
-        let crowded = CrowdedTile {
-            grid: &self.prepared.grid,
-            bins: &self.prepared.bins,
-            bounds: self.prepared.bounds,
-            tile: *tile,
-        };
-        for places in met.chunks(LANES) {
-            let last = places.len() - 1;
-            let of = |lane: usize| &coverage.spheres[places[lane.min(last)]];
-            let eight = EightRecords::new(&std::array::from_fn(|lane| of(lane).record));
-            let depths = crowded.depths(&eight);
-            let meetings = Meetings::new(&depths, &eight);
-            for lane in 0..places.len() {
-                let wanted = coverage.contested_by(of(lane));
-                let record = &of(lane).record;
-                self.counts.sphere_tests +=
-                    crowded.meet_masked(&meetings, lane, record, pixels, &wanted);
-            }
-        }
+        self.meet_contested(tile);
         for row in 0..SIDE {
             let contested = self.scratch.coverage.contested[row / LANES][row % LANES];
             if contested != 0 {
@@ -329,16 +305,52 @@ impl<'a> Band<'a> {
         }
     }
 
+    fn meet_contested(&mut self, tile: &Tile) {
+        let prepared_tile = self.prepared_tile(tile);
+        let Scratch {
+            coverage,
+            pixels,
+            met,
+            ..
+        } = &mut *self.scratch;
+        met.clear();
+        let contested = |at: &usize| coverage.is_contested(&coverage.spheres[*at]);
+        met.extend(coverage.order.iter().copied().filter(contested));
+        for places in met.chunks(LANES) {
+            let last = places.len() - 1;
+            let of = |lane: usize| &coverage.spheres[places[lane.min(last)]];
+            let eight = EightRecords::new(&std::array::from_fn(|lane| of(lane).record));
+            let depths = prepared_tile.depths(&eight);
+            let meetings = Meetings::new(&depths, &eight);
+            for lane in 0..places.len() {
+                let wanted = coverage.contested_by(of(lane));
+                let record = &of(lane).record;
+                self.counts.sphere_tests +=
+                    prepared_tile.meet_masked(&meetings, lane, record, pixels, &wanted);
+            }
+        }
+    }
+
+    fn prepared_tile(&self, tile: &Tile) -> PreparedTile<'a> {
+        let prepared = self.prepared;
+        PreparedTile {
+            grid: &prepared.grid,
+            bins: &prepared.bins,
+            bounds: prepared.bounds,
+            tile: *tile,
+        }
+    }
+
     fn put_contested(&mut self, tile: &Tile, row: usize, mut contested: u64) {
         while contested != 0 {
             let first = contested.trailing_zeros() as usize / LANES * LANES;
             let bits = contested >> first & 0xff;
             contested &= !(0xff << first);
             let pixels = &self.scratch.pixels[row];
-            let open = if self.prepared.bounds == Bounds::Ignored {
+            let undecided = if self.prepared.bounds == Bounds::Ignored {
                 0
             } else {
-                u64::from(pixels.open_lanes(first)) & bits
+                u64::from(pixels.undecided_lanes(first)) & bits
             };
             let colours = pixels.colours(first);
             let at = (tile.column as usize + first) * BYTES_PER_PIXEL;
@@ -349,8 +361,8 @@ impl<'a> Band<'a> {
             } else {
                 put_some(line, colours, bits as u32);
             }
-            self.counts.pixels_in_packets += u64::from((bits & !open).count_ones());
-            for lane in set_bits(open) {
+            self.counts.pixels_in_packets += u64::from((bits & !undecided).count_ones());
+            for lane in set_bits(undecided) {
                 self.decide_contested(tile, first + lane, row);
             }
         }
@@ -387,42 +399,44 @@ impl<'a> Band<'a> {
     /// Draws all pixels of a tile of many spheres by packets; `scratch.records` are the large
     /// spheres.
     fn draw_crowd(&mut self, tile: &Tile) {
-        let prepared = self.prepared;
+        let crowded = self.prepared_tile(tile);
         let Scratch { records, crowd, .. } = &mut *self.scratch;
-        let crowded = CrowdedTile {
-            grid: &prepared.grid,
-            bins: &prepared.bins,
-            bounds: prepared.bounds,
-            tile: *tile,
-        };
         let mut sorted = crowd.gather(&crowded, records);
         loop {
             let Scratch { crowd, pixels, .. } = &mut *self.scratch;
             self.counts.sphere_tests += crowd.meet(&crowded, sorted, pixels);
             self.put_crowd(tile);
-            let Scratch { crowd, open, .. } = &*self.scratch;
-            if sorted || !crowd.may_hold_copies(open.len()) {
+            let Scratch {
+                crowd, undecided, ..
+            } = &*self.scratch;
+            if sorted || !crowd.may_hold_copies(undecided.len()) {
                 break;
             }
             sorted = true;
         }
-        self.decide_open(tile);
+        self.decide_pixels(tile);
     }
 
     /// Writes the colours of a tile, finds its undecided pixels, and clears its pixels, row by
     /// row, since a tile is larger than the first-level cache.
     fn put_crowd(&mut self, tile: &Tile) {
         let ignored = self.prepared.bounds == Bounds::Ignored;
-        let Scratch { pixels, open, .. } = &mut *self.scratch;
-        open.clear();
+        let Scratch {
+            pixels, undecided, ..
+        } = &mut *self.scratch;
+        undecided.clear();
         // Boxes may extend into rows that are not drawn now.
         for (row, pixels) in pixels.iter_mut().enumerate() {
             if (tile.first..tile.last).contains(&row) {
                 let at = tile.column as usize * BYTES_PER_PIXEL;
                 let line = &mut self.bytes[(row - tile.first) * self.row_bytes..][..self.row_bytes];
                 put_row(&mut line[at..at + tile.width * BYTES_PER_PIXEL], pixels);
-                let columns = if ignored { 0 } else { pixels.open(tile.width) };
-                open.extend(set_bits(columns).map(|column| OpenPixel {
+                let columns = if ignored {
+                    0
+                } else {
+                    pixels.undecided(tile.width)
+                };
+                undecided.extend(set_bits(columns).map(|column| UndecidedPixel {
                     column: column as u8,
                     row: row as u8,
                     lower: pixels.lower(column).as_array()[0],
@@ -433,18 +447,18 @@ impl<'a> Band<'a> {
     }
 
     /// Decides the undecided pixels of a tile of many spheres.
-    fn decide_open(&mut self, tile: &Tile) {
-        let count = self.scratch.open.len();
+    fn decide_pixels(&mut self, tile: &Tile) {
+        let count = self.scratch.undecided.len();
         let pixels = tile.width * (tile.last - tile.first);
         self.counts.pixels_in_packets += (pixels - count) as u64;
         for at in 0..count {
             let Scratch {
                 crowd,
-                open,
+                undecided,
                 candidates,
                 ..
             } = &mut *self.scratch;
-            let pixel = open[at];
+            let pixel = undecided[at];
             crowd.candidates(&pixel, candidates);
             self.put_decided(tile.pixel(usize::from(pixel.column), usize::from(pixel.row)));
         }

@@ -109,11 +109,11 @@ pub(super) const FLOAT_UPPER_BOUND: f64 = 8.0 * U32;
 
 /// Of `k = Cy^2 + Cz^2 - r^2`, if less than this share of `Cy^2 + Cz^2` is left, too
 /// much has cancelled for `k` to be used. A choice, not an error.
-pub(super) const LEAST_SHARE: f64 = 1.0 / (1 << 20) as f64;
+pub(super) const CANCELLATION_LIMIT: f64 = 1.0 / (1 << 20) as f64;
 
 /// Where the ends of rows are known worse than this, in pixels, packets are better. A
 /// choice, not an error.
-pub(super) const GREATEST_SLACK: f64 = 1.0 / 4.0;
+pub(super) const SLACK_LIMIT: f64 = 1.0 / 4.0;
 
 /// `k` from the computed `Cy^2 + Cz^2`, of `k`.
 ///
@@ -203,7 +203,7 @@ pub(super) const ROW_INFLATION: f64 = 4.0 * U32;
 
 /// Added to the sum of magnitudes of [`ROW_END_BOUND`], in pixels, so that the slack is above
 /// what underflows in the middle. A choice, not an error: any normal float is enough.
-pub(super) const LEAST_SIDES: f64 = 64.0;
+pub(super) const MIN_SIDES: f64 = 64.0;
 
 // Inverse depths around a rectangle: theorem 3.
 
@@ -298,7 +298,7 @@ pub(super) const TANGENT_BOUND: f64 = 8.0;
 
 /// Of `c' - c`, if less than this share of `|c| + |c'|` is left, too much has cancelled for the
 /// difference of both to be used. A choice, not an error.
-pub(super) const LEAST_SHARE_OF_POWERS: f64 = 1.0 / 32.0;
+pub(super) const POWERS_CANCELLATION_LIMIT: f64 = 1.0 / 32.0;
 
 /// `l` in floats, of the sum of the magnitudes of its terms.
 ///
@@ -313,10 +313,10 @@ pub(super) const PLANE_SIDE_BOUND: f64 = 6.0 * U32;
 ///
 /// | term | error | sum in `2^-32` |
 /// | --- | --- | --- |
-/// | `c' - c`: 7 roundings of terms of which [`LEAST_SHARE`] is left | `2^-30` | |
-/// | or both wrong by `2^-32`, and [`LEAST_SHARE_OF_POWERS`] is left | `2^-27` | 32 |
+/// | `c' - c`: 6 roundings, and 1, of terms of which [`CANCELLATION_LIMIT`] is left | `2^-30` | |
+/// | or both wrong by `2^-32`, and [`POWERS_CANCELLATION_LIMIT`] is left | `2^-27` | 32 |
 /// | `c`, in `b` | `2^-32` | 33 |
-/// | 11 roundings of doubles | `2^-49` | 33 |
+/// | 10 roundings of doubles, and 1 to spare | `2^-49` | 33 |
 /// | to spare | | 64 |
 pub(super) const PLANE_TERMS_BOUND: f64 = 1.0 / (1 << 26) as f64;
 
@@ -340,7 +340,7 @@ pub(super) const SIDE_BOUND: f64 = 3.0 * U32;
 /// | to spare; of it less than 1 for what doubles lose | 2941 | 8192 |
 ///
 /// `E` has 1765, `B` 85.
-pub(super) const LEAST_BOUND: f64 = 1.0 / (1_u128 << 127) as f64 / 1024.0;
+pub(super) const UNDERFLOW_BOUND: f64 = 1.0 / (1_u128 << 127) as f64 / 1024.0;
 
 /// The part of the greatest `D` from which on an outline is not grazed. A choice, not
 /// an error; a power of 4, so that its root is exact.
@@ -348,7 +348,7 @@ pub(super) const SURE_SHARE: f64 = 1.0 / 16384.0;
 
 /// Beyond this, some intermediate float might overflow. A choice, not an error: a
 /// float holds `2^127`.
-pub(super) const GREATEST: f64 = (1_u128 << 100) as f64;
+pub(super) const OVERFLOW_LIMIT: f64 = (1_u128 << 100) as f64;
 
 // Pixels one by one, in units of the arithmetic's own roundoff: theorem 6. Squares of
 // floats are exact in both arithmetics.

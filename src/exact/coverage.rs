@@ -121,7 +121,7 @@ pub(super) struct Coverage {
     /// The indices of the spheres that are not hidden, from far to near.
     pub(super) order: Vec<usize>,
     /// Whether the first in the order covers the whole tile.
-    pub(super) closed: bool,
+    pub(super) is_covered: bool,
     pub(super) contested: Mask,
     pub(super) any_contested: bool,
     /// Those of each sphere, if the intervals of any two overlap.
@@ -329,13 +329,13 @@ impl Coverage {
         };
         let mut covering = self.order.iter().rev().filter(covering);
         let Some(&nearest) = covering.next() else {
-            self.closed = false;
+            self.is_covered = false;
             return;
         };
         let front = covering.fold(nearest, in_front);
         let mut order = std::mem::take(&mut self.order);
         order.retain(|&at| at == front || !matches!(self.nearer(pairs, front, at), Nearer::First));
-        self.closed = order.len() == 1;
+        self.is_covered = order.len() == 1;
         self.order = order;
     }
 

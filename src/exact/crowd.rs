@@ -28,7 +28,7 @@ const LABORIOUS: usize = 16;
 const SAMPLE: usize = 16;
 
 /// This many undecided pixels in a tile suggest that some spheres are equal.
-const MANY_OPEN: usize = 64;
+const MANY_UNDECIDED: usize = 64;
 
 /// After this many packets, those of a whole tile, and again after each further quarter, the
 /// inverse depths behind which spheres are hidden are updated.
@@ -40,22 +40,22 @@ const BLOCKS: usize = SIDE / LANES;
 
 /// A pixel of a tile that packets left undecided.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct OpenPixel {
+pub(super) struct UndecidedPixel {
     pub(super) column: u8,
     pub(super) row: u8,
     /// The lower bound of the inverse depth of the visible sphere.
     pub(super) lower: f32,
 }
 
-/// A tile of many spheres.
-pub(super) struct CrowdedTile<'a> {
+/// A tile, and the scene that it is a part of.
+pub(super) struct PreparedTile<'a> {
     pub(super) grid: &'a Grid,
     pub(super) bins: &'a Bins,
     pub(super) bounds: Bounds,
     pub(super) tile: Tile,
 }
 
-impl CrowdedTile<'_> {
+impl PreparedTile<'_> {
     /// Appends the small spheres that may be nearer than `floor`, in file order.
     fn append_small(&self, floor: f32, records: &mut Vec<Record>) {
         let side = self.bins.side();
@@ -104,7 +104,7 @@ struct Hidden {
 impl Crowd {
     /// Gathers the spheres of a tile, the `large` ones and the small ones. Returns whether they
     /// are worth sorting.
-    pub(super) fn gather(&mut self, crowded: &CrowdedTile<'_>, large: &mut Vec<Record>) -> bool {
+    pub(super) fn gather(&mut self, crowded: &PreparedTile<'_>, large: &mut Vec<Record>) -> bool {
         self.floor = self.refine(crowded, large);
         self.records.clear();
         self.records.extend_from_slice(large);
@@ -116,7 +116,7 @@ impl Crowd {
     /// nearest first. Returns the number of packets.
     pub(super) fn meet(
         &mut self,
-        crowded: &CrowdedTile<'_>,
+        crowded: &PreparedTile<'_>,
         sorted: bool,
         pixels: &mut [PixelRow],
     ) -> u64 {
@@ -129,8 +129,8 @@ impl Crowd {
     }
 
     /// Whether copies leave so many pixels undecided that the spheres should be sorted.
-    pub(super) fn may_hold_copies(&self, open: usize) -> bool {
-        self.hidden.copied || open > MANY_OPEN
+    pub(super) fn may_hold_copies(&self, undecided: usize) -> bool {
+        self.hidden.copied || undecided > MANY_UNDECIDED
     }
 
     /// Whether the boxes of a tile overlap so much that sorting is worthwhile, by the large
@@ -145,7 +145,7 @@ impl Crowd {
     }
 
     /// The spheres that may be visible in an undecided pixel.
-    pub(super) fn candidates(&self, pixel: &OpenPixel, candidates: &mut Vec<Candidate>) {
+    pub(super) fn candidates(&self, pixel: &UndecidedPixel, candidates: &mut Vec<Candidate>) {
         candidates.clear();
         for (boxes, records) in self.boxes.iter().zip(self.records.chunks(LANES)) {
             for lane in set_bits(u64::from(boxes.holding(pixel.column, pixel.row))) {
@@ -161,7 +161,7 @@ impl Crowd {
 
     /// Gives large spheres the bounds of their inverse depths in this tile, and drops those that
     /// are hidden in it. Returns the inverse depth behind which everything is hidden.
-    fn refine(&self, crowded: &CrowdedTile<'_>, large: &mut Vec<Record>) -> f32 {
+    fn refine(&self, crowded: &PreparedTile<'_>, large: &mut Vec<Record>) -> f32 {
         let mut floor = f32::NEG_INFINITY;
         if crowded.bounds != Bounds::Proven {
             return floor;
@@ -188,7 +188,7 @@ impl Crowd {
     /// blocks where it isn't hidden.
     fn meet_all<const PROVEN: bool>(
         &mut self,
-        crowded: &CrowdedTile<'_>,
+        crowded: &PreparedTile<'_>,
         sorted: bool,
         pixels: &mut [PixelRow],
     ) {
@@ -220,7 +220,7 @@ impl Crowd {
     #[inline]
     fn meet_unsorted<const PROVEN: bool>(
         &mut self,
-        crowded: &CrowdedTile<'_>,
+        crowded: &PreparedTile<'_>,
         records: &[Record],
         first: &Record,
         pixels: &mut [PixelRow],
@@ -252,7 +252,7 @@ impl Crowd {
     #[inline]
     fn meet_sorted<const PROVEN: bool>(
         &mut self,
-        crowded: &CrowdedTile<'_>,
+        crowded: &PreparedTile<'_>,
         records: &[Record],
         pixels: &mut [PixelRow],
     ) -> ControlFlow<()> {
@@ -264,13 +264,13 @@ impl Crowd {
         let meetings = Meetings::new(&depths, &eight);
         self.boxes.push(eight.boxes);
         for (lane, record) in records.iter().enumerate() {
-            let open = self.hidden.open_blocks(record);
-            self.hidden.met += if open == 0 {
+            let visible = self.hidden.visible_blocks(record);
+            self.hidden.met += if visible == 0 {
                 0
-            } else if open == u64::MAX || record.is_narrow() || depths.known >> lane & 1 == 0 {
+            } else if visible == u64::MAX || record.is_narrow() || depths.known >> lane & 1 == 0 {
                 crowded.meet::<PROVEN>(&meetings, lane, record, pixels)
             } else {
-                meet_blocks::<PROVEN>(&meetings, lane, record, pixels, open)
+                meet_blocks::<PROVEN>(&meetings, lane, record, pixels, visible)
             };
             if PROVEN && self.hidden.met >= self.hidden.next_floors {
                 self.hidden.ask(&crowded.tile, pixels);
@@ -280,7 +280,7 @@ impl Crowd {
     }
 }
 
-impl CrowdedTile<'_> {
+impl PreparedTile<'_> {
     #[inline]
     pub(super) fn depths(&self, eight: &EightRecords) -> FloatDepths {
         let rectangles = self.tile.rectangles(eight);
@@ -362,13 +362,13 @@ fn meet_blocks<const PROVEN: bool>(
 
 impl Hidden {
     /// The blocks in which a sphere may be visible; all if that has not been computed.
-    fn open_blocks(&self, record: &Record) -> u64 {
+    fn visible_blocks(&self, record: &Record) -> u64 {
         let Some(floors) = &self.floors else {
             return u64::MAX;
         };
         let seen = |&block: &usize| record.upper >= floors[block];
         let blocks = set_bits(blocks_of(record)).filter(seen);
-        blocks.fold(0, |open, block| open | 1 << block)
+        blocks.fold(0, |visible, block| visible | 1 << block)
     }
 
     /// Computes the inverse depth behind which the leaders of each block hide everything.

@@ -21,8 +21,8 @@ use wide::f64x8;
 
 use super::{
     bounds::{
-        B_BOUND, COEFFICIENT_BOUND, CROSS_BOUND, D_BOUND, DEPTH_INFLATION, GREATEST, LEAST_BOUND,
-        PLANE_BOUND, STEADY_RATIO, SUM_OF_PARTS_BOUND, SURE_SHARE, TANGENT_BOUND,
+        B_BOUND, COEFFICIENT_BOUND, CROSS_BOUND, D_BOUND, DEPTH_INFLATION, OVERFLOW_LIMIT,
+        PLANE_BOUND, STEADY_RATIO, SUM_OF_PARTS_BOUND, SURE_SHARE, TANGENT_BOUND, UNDERFLOW_BOUND,
     },
     grid::{EightSpheres, Grid, float_above, float_below, splat},
     kernels::{Middle, Steps, over_power},
@@ -238,18 +238,18 @@ impl Depths {
         let up = splat(1.0 + DEPTH_INFLATION);
         let d_bound = splat(D_BOUND)
             .mul_add(d_upper, d_bound)
-            .mul_add(up, splat(LEAST_BOUND));
+            .mul_add(up, splat(UNDERFLOW_BOUND));
         let bulge = ss.mul_add(d20.fast_max(zero), tt.mul_add(d02.fast_max(zero), d_linear));
         let highest = d00 + bulge;
         let top = highest.fast_max(zero) + two * d_bound;
         let b_bound = splat(B_BOUND).mul_add(b_upper, splat(PLANE_BOUND) * b_terms);
         let parts = splat(SUM_OF_PARTS_BOUND).mul_add(b_upper + top.sqrt(), b_bound);
-        let bound = parts.mul_add(up, splat(LEAST_BOUND));
+        let bound = parts.mul_add(up, splat(UNDERFLOW_BOUND));
 
         // Where B < 0, B + sqrt D is negative, which no packet takes for a hit (theorem 4).
         let outside = c.simd_gt(zero);
         let inside = c.simd_lt(zero);
-        let greatest = splat(GREATEST);
+        let greatest = splat(OVERFLOW_LIMIT);
         let finite = (d_upper + d_bound).simd_lt(greatest) & (b_upper + bound).simd_lt(greatest);
         let away = outside & (b00 + b_linear).simd_lt(-b_bound);
         let missed = outside & finite & (away | highest.simd_lt(-d_bound));

@@ -17,6 +17,9 @@ use crate::{
 /// The greatest side of a tile, in pixels.
 pub(super) const SIDE: usize = 64;
 
+/// The lanes of a packet, in pixels from its first.
+pub(super) const STEPS: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+
 /// The pixel grid on the viewport at distance 1.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {

@@ -24,11 +24,11 @@ use wide::{f32x8, f64x8, i32x8, u64x8};
 use super::{
     bins::Record,
     bounds::{
-        COEFFICIENT_BOUND, CROSS_BOUND, FACTOR_BOUND, FACTOR_ERRORS_OF_K, GREATEST_SLACK, K_BOUND,
-        K_SQUARES_BOUND, LEAST_BOUND, LEAST_SHARE, LEAST_SIDES, MIDDLE_BOUND, ROW_BOUND,
-        ROW_END_BOUND, ROW_INFLATION, ROW_SQUARE_BOUND,
+        CANCELLATION_LIMIT, COEFFICIENT_BOUND, CROSS_BOUND, FACTOR_BOUND, FACTOR_ERRORS_OF_K,
+        K_BOUND, K_SQUARES_BOUND, MIDDLE_BOUND, MIN_SIDES, ROW_BOUND, ROW_END_BOUND, ROW_INFLATION,
+        ROW_SQUARE_BOUND, SLACK_LIMIT, UNDERFLOW_BOUND,
     },
-    grid::{EightSpheres, Grid, float_below, splat},
+    grid::{EightSpheres, Grid, STEPS, float_below, splat},
     kernels::{MiddleRow, farthest, quadratic, row_factor, row_middle},
     sight::powers_of_camera,
     tuning::Bounds,
@@ -127,7 +127,7 @@ impl Outline {
         let squared_radius = r * r;
         let yz = y * y + z * z;
         let k = yz - squared_radius;
-        let share = splat(LEAST_SHARE) * yz;
+        let share = splat(CANCELLATION_LIMIT) * yz;
         let (positive, negative) = (k.simd_gt(share), k.simd_lt(-share));
         let c = powers_of_camera(spheres, yz, k);
         let [h, factor] = row_factor(splat(grid.x_axis.scale), c, k);
@@ -157,8 +157,8 @@ impl Outline {
         let up = splat(1.0 + ROW_INFLATION);
         let e_bound = factor.abs() * e_bound + (factor_bound + splat(ROW_SQUARE_BOUND)) * e_upper;
         let sides = m0.abs() + t * m1.abs() + (e_upper + e_bound).sqrt();
-        let slack = (middle_bound + splat(ROW_END_BOUND) * (sides + splat(LEAST_SIDES))) * up;
-        let e_bound = e_bound * up + splat(LEAST_BOUND);
+        let slack = (middle_bound + splat(ROW_END_BOUND) * (sides + splat(MIN_SIDES))) * up;
+        let e_bound = e_bound * up + splat(UNDERFLOW_BOUND);
 
         // The farthest visible point of the surface is on the circle where rays touch:
         // z = sqrt c (sqrt c Cz + r |(Cx, Cy)|)/|C|^2. The sums have positive terms if
@@ -168,7 +168,7 @@ impl Outline {
         let lower = (in_front & positive).select(lower * splat(grid.scale), splat(0.0));
         let m_bound = in_front.select(splat(0.0), splat(ROW_BOUND) * level_upper);
 
-        let known = slack.simd_lt(splat(GREATEST_SLACK)) & (positive | negative);
+        let known = slack.simd_lt(splat(SLACK_LIMIT)) & (positive | negative);
         let known = if bounds == Bounds::Refused {
             0
         } else {
@@ -443,8 +443,6 @@ impl Outline {
 
 /// Beyond the columns of any tile.
 const FAR: f32 = 1024.0;
-
-const STEPS: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
 /// The bits of columns before `end`, which is at most 64.
 #[inline(always)]

@@ -21,7 +21,7 @@ use wide::{f32x8, f64x8, u32x8};
 use super::{
     bins::{EightBoxes, EightRecords, Record},
     depths::FloatDepths,
-    grid::{Grid, SIDE, float_above, float_below},
+    grid::{Grid, SIDE, STEPS, float_above, float_below},
     kernels::{in_column, in_row},
     paint::colour_lane,
     sight::{Rays, Sights, Targets},
@@ -172,19 +172,19 @@ impl PixelRow {
 
     /// A mask of the pixels of a packet that intervals leave undecided.
     #[inline(always)]
-    pub(super) fn open_lanes(&self, first: usize) -> u32 {
+    pub(super) fn undecided_lanes(&self, first: usize) -> u32 {
         let rival: f32x8 = packet(&self.rival, first);
         !self.lower(first).simd_gt(rival).to_bitmask() & 0xff
     }
 
     /// A mask of the pixels, of `width`, that intervals leave undecided.
     #[inline]
-    pub(super) fn open(&self, width: usize) -> u64 {
+    pub(super) fn undecided(&self, width: usize) -> u64 {
         let packets = (0..SIDE).step_by(LANES);
-        let open = packets.fold(0, |open, first| {
-            open | u64::from(self.open_lanes(first)) << first
+        let undecided = packets.fold(0, |undecided, first| {
+            undecided | u64::from(self.undecided_lanes(first)) << first
         });
-        open & u64::MAX >> (SIDE - width)
+        undecided & u64::MAX >> (SIDE - width)
     }
 
     /// The leaders' colour lanes.
@@ -362,5 +362,3 @@ impl<'a> InDoubles<'a> {
         )
     }
 }
-
-const STEPS: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];

@@ -11,22 +11,25 @@
 //! ```
 //!
 //! if `C`, `c` are those of the tested sphere and `C'`, `c'` those of the other one. With `d`, `b` of
-//! [`depths`](super::depths) for the tested sphere, that is nearer where
+//! [`depths`](super::depths) for the tested sphere, its hit is before the plane where
 //!
 //! ```text
 //! d - l |l| > 0       l = 2 (C' - C).V/(c' - c) - b
 //! ```
+//!
+//! and there that sphere is nearer, but for one case: if the camera is in or on both spheres, and the
+//! tested one has less power, it is nearer behind the plane.
 
 use wide::f32x8;
 
 use super::{
     bins::Record,
     bounds::{
-        LEAST_BOUND, LEAST_SHARE, LEAST_SHARE_OF_POWERS, PLANE_SIDE_BOUND, PLANE_TERMS_BOUND,
-        SIDE_BOUND,
+        CANCELLATION_LIMIT, PLANE_SIDE_BOUND, PLANE_TERMS_BOUND, POWERS_CANCELLATION_LIMIT,
+        SIDE_BOUND, UNDERFLOW_BOUND,
     },
     depths::SphereDepths,
-    grid::{Grid, SIDE, float_above},
+    grid::{Grid, SIDE, STEPS, float_above},
     kernels::{in_column, in_row, power_difference, radical_plane},
     tuning::Bounds,
 };
@@ -106,7 +109,7 @@ pub(super) fn compare(
     first: &SphereDepths,
     second: &SphereDepths,
 ) -> Nearer {
-    let (difference, difference_bound) = power_between(first, second);
+    let (difference, limit) = power_between(first, second);
     let Choice {
         tests_first,
         tests_less,
@@ -119,22 +122,20 @@ pub(super) fn compare(
     };
     let on_both = first.power == 0.0 && second.power == 0.0;
     let flat;
-    let (mut side, above_is_tested) = if power.abs() > difference_bound && tested.known {
+    let (mut side, above_is_tested) = if power.abs() > limit && tested.known {
         let side = Side::new(grid, tested, other.sphere, power, 0.0);
         (side, both_outside || !tests_less)
     } else if on_both || tested.known && other.known {
         // The camera is nearly in the plane, so the direction of the ray decides.
         flat = tested.without_depths();
-        let sign = if both_outside { 1.0 } else { -1.0 };
+        let unit = grid.scale * grid.scale;
         let more = if on_both {
             0.0
         } else {
-            2.0 * difference_bound / grid.scale * tested.upper().max(other.upper())
+            2.0 * limit / unit * tested.upper().max(other.upper())
         };
-        (
-            Side::new(grid, &flat, other.sphere, sign * grid.scale, more),
-            true,
-        )
+        let power = if both_outside { unit } else { -unit };
+        (Side::new(grid, &flat, other.sphere, power, more), true)
     } else {
         return Nearer::Unknown;
     };
@@ -146,13 +147,13 @@ pub(super) fn compare(
     side.nearer(region, tests_first == above_is_tested)
 }
 
-/// The power of the second sphere less that of the first: from the spheres, or, where that cancels
-/// less, from both powers. Where it is greater than the number beside it, it is wrong by at most
-/// `2^-27` of itself; and twice that number is a bound of it elsewhere.
+/// The power of the second sphere less that of the first, and a limit: from the spheres, or, where that
+/// cancels less, from both powers. Beyond the limit the difference has the right sign and is wrong by
+/// at most `2^-27` of itself; within it the real one is below twice the limit.
 fn power_between(first: &SphereDepths, second: &SphereDepths) -> (f64, f64) {
     let (terms, difference) = power_difference(first.sphere, second.sphere);
-    let terms = terms.iter().map(|term| term.abs()).sum::<f64>() * LEAST_SHARE;
-    let powers = (first.power.abs() + second.power.abs()) * LEAST_SHARE_OF_POWERS;
+    let terms = terms.iter().map(|term| term.abs()).sum::<f64>() * CANCELLATION_LIMIT;
+    let powers = (first.power.abs() + second.power.abs()) * POWERS_CANCELLATION_LIMIT;
     if powers < terms {
         (second.power - first.power, powers)
     } else {
@@ -218,14 +219,15 @@ impl<'a> Side<'a> {
         let y_terms = apart(1) * (y0.abs() + down * dy.abs());
         let terms = scale.abs() * (x_terms + y_terms + apart(2)) + depths.b_terms;
         let l_upper = l[0].abs() + across * l[1].abs() + down * l[2].abs();
-        let l_bound = PLANE_SIDE_BOUND * l_upper + PLANE_TERMS_BOUND * terms + LEAST_BOUND + more;
+        let l_bound =
+            PLANE_SIDE_BOUND * l_upper + PLANE_TERMS_BOUND * terms + UNDERFLOW_BOUND + more;
         let l_upper = l_upper + l_bound;
         let squares = 2.0 * l_bound + SIDE_BOUND * l_upper;
         Self {
             depths,
             l,
             l_bound,
-            bound: depths.d_bound + squares * l_upper + LEAST_BOUND,
+            bound: depths.d_bound + squares * l_upper + UNDERFLOW_BOUND,
         }
     }
 
@@ -271,8 +273,8 @@ impl<'a> Side<'a> {
 }
 
 impl Seam {
-    /// The columns of the region in which either sphere is nearer; none in other rows of its
-    /// groups of eight.
+    /// The columns of the region in which either sphere is nearer, and up to seven beyond it; none in
+    /// other rows of its groups of eight.
     #[inline]
     pub(super) fn columns(&self, nearer: &mut NearerColumns) {
         let Region {
@@ -305,5 +307,3 @@ impl Seam {
         }
     }
 }
-
-const STEPS: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];

@@ -18,7 +18,7 @@ use wide::f64x8;
 use super::{
     bits::set_bits,
     bounds::{
-        LEAST_SHARE, SIGHT_CROSS, SIGHT_DOT, SIGHT_QUOTIENT, SIGHT_SQUARED_CROSS,
+        CANCELLATION_LIMIT, SIGHT_CROSS, SIGHT_DOT, SIGHT_QUOTIENT, SIGHT_SQUARED_CROSS,
         SIGHT_SQUARED_RADIUS,
     },
     grid::{EightSpheres, splat},
@@ -201,7 +201,7 @@ pub(super) fn power_of_camera(sphere: &Sphere) -> f64 {
 /// `2^-32`.
 #[inline]
 pub(super) fn powers_of_camera(spheres: &EightSpheres, yz: f64x8, k: f64x8) -> f64x8 {
-    let sure = k.simd_gt(splat(LEAST_SHARE) * yz).to_bitmask();
+    let sure = k.simd_gt(splat(CANCELLATION_LIMIT) * yz).to_bitmask();
     let powers = spheres.x.mul_add(spheres.x, k);
     if sure == 0xff {
         return powers;

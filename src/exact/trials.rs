@@ -459,6 +459,49 @@ pub(super) fn sphere(random: &mut Random, camera: &Camera, column: u32, row: u32
     sphere
 }
 
+/// Another sphere that is near the trial's own, or seen near it.
+pub(super) fn partner(trial: &Trial, random: &mut Random) -> Sphere {
+    let mut other = trial.sphere;
+    let [x, y, z] = other.centre;
+    let radius = other.radius;
+    let nudge = |length: f32, random: &mut Random| {
+        let steps = random.below(5) as i32 - 2;
+        f32::from_bits(length.to_bits().wrapping_add_signed(steps))
+    };
+    match random.below(8) {
+        0 => return sphere(random, &trial.camera, trial.column, trial.row),
+        1 => other.radius *= random.between(0.5, 1.5) as f32,
+        2 => {
+            let moved = |length: f32| length + random.between(-1.5, 1.5) as f32 * radius;
+            other.centre = [x, y, z].map(moved);
+        }
+        3 => {
+            other.centre = [x, y, z].map(|length| nudge(length, random));
+            other.radius = nudge(radius, random);
+        }
+        // The same power, so that the camera is in the radical plane.
+        4 => other.centre = [-x, y, z],
+        5 => other.centre = [y, x, z],
+        6 => return on_the_surface(random),
+        // Almost the same power.
+        _ => other.centre = [-x, nudge(y, random), nudge(z, random)],
+    }
+    other
+}
+
+/// A sphere on whose surface the camera is, exactly.
+pub(super) fn on_the_surface(random: &mut Random) -> Sphere {
+    let lengths = [[3, 4, 12, 13], [1, 2, 2, 3], [2, 3, 6, 7], [8, 9, 12, 17]];
+    let [x, y, z, radius] = lengths[random.below(4) as usize];
+    let turned = [[x, y, z], [y, z, x], [z, x, y]][random.below(3) as usize];
+    let times = (1 + random.below(4)) as f32;
+    Sphere {
+        centre: turned.map(|length| (random.sign() as f32) * times * length as f32),
+        radius: times * radius as f32,
+        colour: [0; 3],
+    }
+}
+
 /// A centre somewhere about the ray, of few digits.
 fn whole_touching(random: &mut Random, camera: &Camera, column: u32, row: u32) -> [f64; 3] {
     let depth = random.below(1 << 10) as f64 + 1.0;

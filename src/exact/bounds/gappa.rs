@@ -497,7 +497,7 @@ fn k_of_outlines(fused: bool, share: f64) -> String {
     let [_, square] = k.operands();
     let [square, square_exact] = script.number(square);
     let [k, k_exact] = script.number(k);
-    let most = exactly(1.0 / (LEAST_SHARE * share));
+    let most = exactly(1.0 / (CANCELLATION_LIMIT * share));
     script.suppose(format!("|{yz} / {k}| <= {most}"));
     script.suppose_between(&format!("|{k}|"), (-700, 700));
     script.suppose_between(&format!("|{yz} - {square}|"), (-700, 700));

@@ -385,7 +385,7 @@ formula!(BoxBeside, "BOX_BOUND, beside", BOX_BOUND, 0.1,
     (of[2].simd_gt(of[1]) & of[0].simd_gt(of[2] + of[2]))
         .select(box_beside(of), f64x8::splat(f64::NAN)));
 
-formula!(LittleLeft, "LEAST_SHARE", 1.0 / (1_u64 << 32) as f64, 0.2,
+formula!(LittleLeft, "CANCELLATION_LIMIT", 1.0 / (1_u64 << 32) as f64, 0.2,
 [LENGTH, LENGTH, WIDTH],
 of => {
     let one = N::constant(1.0);
@@ -394,7 +394,7 @@ of => {
 {
     let one = f64x8::splat(1.0);
     let [yz, k] = middle(one, of[0], of[1], of[2], one, one).k();
-    k.simd_gt(f64x8::splat(LEAST_SHARE) * yz).select(k, f64x8::splat(f64::NAN))
+    k.simd_gt(f64x8::splat(CANCELLATION_LIMIT) * yz).select(k, f64x8::splat(f64::NAN))
 });
 
 /// `x` of a ray that is not moved to distance 1.
@@ -489,10 +489,10 @@ formula!(RowEnd, "ROW_END_BOUND", ROW_END_BOUND, 0.2,
 const TINY: Kind = Double(-149, -137);
 
 // What underflows, and is not within the relative bound.
-formula!(Least, "LEAST_BOUND", LEAST_BOUND, 0.06,
+formula!(Least, "UNDERFLOW_BOUND", UNDERFLOW_BOUND, 0.06,
     [TINY, TINY, TINY, TINY, TINY, TINY, PLACE, PLACE],
     of => depth(of),
-    f64x8::splat(1.0) + DepthInFloats::magnitude(of) * f64x8::splat(D_BOUND / LEAST_BOUND));
+    f64x8::splat(1.0) + DepthInFloats::magnitude(of) * f64x8::splat(D_BOUND / UNDERFLOW_BOUND));
 
 fn found<F: Formula>(
     ratio: impl Fn(&[f64x8]) -> f64x8,

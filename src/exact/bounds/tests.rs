@@ -244,8 +244,8 @@ fn radical_planes() {
     let [tested, other] = [["x", "y", "z", "r"], ["x'", "y'", "z'", "r'"]];
     let [tested, other] = [tested, other].map(|names| names.map(Traced::float));
     let (_, difference) = power_difference(tested, other);
-    let of_terms = f64::from(greatest(&[difference], &[]) + 1) * U / LEAST_SHARE;
-    let of_powers = 2_f64.powi(-32) / LEAST_SHARE_OF_POWERS;
+    let of_terms = f64::from(greatest(&[difference], &[]) + 1) * U / CANCELLATION_LIMIT;
+    let of_powers = 2_f64.powi(-32) / POWERS_CANCELLATION_LIMIT;
 
     let b = ["b00", "b10", "b01"].map(|name| Traced::rounded(name, 0));
     let ray = [("X", 3), ("Y", 3), ("dX", 2), ("dY", 2)];
@@ -440,14 +440,14 @@ fn bounds_of_sights_have_all_terms() {
     assert_eq!(names(way.b), names(terms));
 }
 
-/// `k` loses two units of `yz`; where it is used, `k > LEAST_SHARE yz` is left, so it is
+/// `k` loses two units of `yz`; where it is used, `k > CANCELLATION_LIMIT yz` is left, so it is
 /// within `2^-32` of itself, as the bounds of floats take it to be.
 #[test]
 fn what_cancels_is_less_than_a_share_of_a_float() {
     let derived = f64::from(greatest(&middle().k()[1..], &[]));
-    assert!(derived * U / LEAST_SHARE <= NEARLY);
+    assert!(derived * U / CANCELLATION_LIMIT <= NEARLY);
     // And no more is asked of k than that.
-    assert!(2.0 * derived * U / LEAST_SHARE > NEARLY);
+    assert!(2.0 * derived * U / CANCELLATION_LIMIT > NEARLY);
 }
 
 #[test]
@@ -472,8 +472,8 @@ fn what_underflows_is_less_than_the_least_bound() {
     let lost = [d, b, e].map(|of| of.lost_units(&greatest));
     let most = lost.into_iter().fold(0.0, f64::max);
     // One unit more for a bound that is itself rounded to a float, and one for doubles.
-    assert!((most + 2.0) * unit < LEAST_BOUND, "{lost:?}");
-    assert!(most * unit > LEAST_BOUND / 2.0, "{lost:?}");
+    assert!((most + 2.0) * unit < UNDERFLOW_BOUND, "{lost:?}");
+    assert!(most * unit > UNDERFLOW_BOUND / 2.0, "{lost:?}");
 }
 
 /// A power of 4 has an exact root.

@@ -5,7 +5,7 @@ use crate::exact::{
     bins::Candidate,
     decide::decide,
     grid::Grid,
-    trials::{Random, Trial, each_trial, scale, sphere},
+    trials::{Random, Trial, each_trial, partner, scale, sphere},
 };
 
 /// Some spheres that are visible in the trial's tile, its own among them.
@@ -16,14 +16,13 @@ fn records(trial: &Trial, grid: &Grid, random: &mut Random) -> Vec<Record> {
         let mut other = *trial;
         if index > 0 {
             other.sphere = match random.below(3) {
-                0 => {
-                    let mut twin = trial.sphere;
-                    twin.radius *= random.between(0.5, 1.0) as f32;
-                    twin
-                }
+                0 => partner(trial, random),
                 _ => sphere(random, &trial.camera, trial.column, trial.row),
             };
-            other.sphere.radius = other.sphere.radius.max(f32::from_bits(1));
+            let valid = other.lengths().iter().all(|length| length.is_finite());
+            if !valid || other.sphere.radius <= 0.0 {
+                other.sphere = trial.sphere;
+            }
         }
         if let Some(record) = other.record(grid) {
             records.push(Record {
@@ -52,17 +51,25 @@ fn what_is_not_contested_is_what_is_seen() {
         pixels.extend((0..12).map(|_| (random.below(width) as u32, random.below(height) as u32)));
         for (column, row) in pixels {
             let (x, y) = (column as usize, row as usize);
+            let place = (tile.column + column, tile.row + row);
+            let seen =
+                |candidates: &mut Vec<Candidate>| decide(&trial.camera, place, candidates, true).0;
+            let meant = seen(&mut records.iter().map(Record::candidate).collect());
+            let covers = |at: &&usize| coverage.may_cover(&coverage.spheres[**at], x, y);
+            let mut covering = coverage.order.iter().filter(covers);
+            let record = |at: &usize| coverage.spheres[*at].record;
             if coverage.contested[y / 8][y % 8] >> x & 1 == 1 {
                 contested += 1;
+                let candidates = covering.map(|at| record(at).candidate());
+                if seen(&mut candidates.collect()) != meant {
+                    return Err(format!(
+                        "the sphere seen at {place:?} of {records:?} is left out"
+                    ));
+                }
                 continue;
             }
-            let covers = |at: &&usize| coverage.may_cover(&coverage.spheres[**at], x, y);
-            let nearest = coverage.order.iter().rev().find(covers);
-            let drawn = nearest.map(|&at| coverage.spheres[at].record.sphere);
-            let mut candidates: Vec<Candidate> = records.iter().map(Record::candidate).collect();
-            let place = (tile.column + column, tile.row + row);
-            let (seen, _) = decide(&trial.camera, place, &mut candidates, true);
-            let meant = records.iter().find(|record| record.index == seen);
+            let drawn = covering.next_back().map(|at| record(at).sphere);
+            let meant = records.iter().find(|record| record.index == meant);
             let meant = meant.map(|record| record.sphere);
             sure += u64::from(drawn.is_some());
             nothing += u64::from(drawn.is_none());

@@ -452,8 +452,8 @@ fn ends_are_known_up_to_a_quarter_of_a_pixel() {
 #[test]
 fn bounds_of_rows_have_all_terms() {
     use crate::exact::bounds::{
-        COEFFICIENT_BOUND, CROSS_BOUND, FACTOR_BOUND, LEAST_BOUND, MIDDLE_BOUND, ROW_BOUND,
-        ROW_END_BOUND, ROW_SQUARE_BOUND, U,
+        COEFFICIENT_BOUND, CROSS_BOUND, FACTOR_BOUND, MIDDLE_BOUND, ROW_BOUND, ROW_END_BOUND,
+        ROW_SQUARE_BOUND, U, UNDERFLOW_BOUND,
     };
     let mut compared = 0;
     each_trial(20_000, |trial, _| {
@@ -485,7 +485,7 @@ fn bounds_of_rows_have_all_terms() {
         let e_bound = factor
             * (COEFFICIENT_BOUND * squares + 2.0 * n_upper * n_bound + n_bound * n_bound)
             + (factor_bound + ROW_SQUARE_BOUND) * e_upper
-            + LEAST_BOUND;
+            + UNDERFLOW_BOUND;
         let level_upper = y.abs() * y_upper + z.abs();
         let columns = grid.x_axis.middle + f64::from(tile.column);
         let middle =

@@ -22,11 +22,11 @@ fn judge(pixels: &PixelRow, at: usize, trial: &Trial, scale: f64) -> Result<usiz
     let of = |lanes: f32x8| lanes.to_array()[0];
     let (upper, rival) = (packet(&pixels.upper, at), packet(&pixels.rival, at));
     let (lower, upper, rival) = (of(pixels.lower(at)), of(upper), of(rival));
-    let open = pixels.open_lanes(at) & 1 == 1;
+    let undecided = pixels.undecided_lanes(at) & 1 == 1;
     let truth = trial.truth();
     let no_nearer = |bound: f32| !truth.hit() || truth.at_most(f64::from(bound), scale);
     let leads = bytes_of(pixels.colours(at).to_array()[0]) == COLOUR;
-    let (kind, right) = match (leads, open) {
+    let (kind, right) = match (leads, undecided) {
         (true, false) => {
             let hit = truth.hit() && truth.at_least(f64::from(lower), scale);
             (0, hit && no_nearer(upper))
@@ -39,7 +39,7 @@ fn judge(pixels: &PixelRow, at: usize, trial: &Trial, scale: f64) -> Result<usiz
         Ok(kind)
     } else {
         Err(format!(
-            "{lower:e} to {upper:e}, in doubt {rival:e}, open {open}"
+            "{lower:e} to {upper:e}, in doubt {rival:e}, undecided {undecided}"
         ))
     }
 }
@@ -108,7 +108,7 @@ fn doubles_hold_the_exact_inverse_depth() {
         let mut refused = [PixelRow::new(BACKGROUND)];
         in_doubles(Bounds::Refused).meet(&mut refused, &[u64::MAX; SIDE]);
         let lower = refused[0].lower(lane as usize).to_array()[0];
-        if refused[0].open_lanes(lane as usize) & 1 == 0 || lower > 0.0 || lower.is_nan() {
+        if refused[0].undecided_lanes(lane as usize) & 1 == 0 || lower > 0.0 || lower.is_nan() {
             return Err("refused, but settled".into());
         }
         Ok(())
@@ -140,8 +140,8 @@ fn leader_and_rivals_are_those_of_every_order() {
             assert_eq!(pixels.lower(3), lower);
             assert_eq!(packet::<_, f32x8>(&pixels.upper, 3), upper);
             assert_eq!(packet::<_, f32x8>(&pixels.rival, 3), rival);
-            let open = lower.simd_gt(rival).to_bitmask() ^ 0xff;
-            assert_eq!(pixels.open_lanes(3), open);
+            let undecided = lower.simd_gt(rival).to_bitmask() ^ 0xff;
+            assert_eq!(pixels.undecided_lanes(3), undecided);
         }
     }
 }

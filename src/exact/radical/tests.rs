@@ -6,54 +6,10 @@ use crate::{
         bins::{EightRecords, Record},
         decide::decide,
         depths::{Depths, SphereDepths},
-        trials::{Random, Trial, each_trial, scale, sphere},
+        trials::{Random, Trial, each_trial, on_the_surface, partner, scale},
     },
     methods::NONE,
-    spheres::Sphere,
 };
-
-/// Another sphere that is near the trial's own, or seen near it.
-fn partner(trial: &Trial, random: &mut Random) -> Sphere {
-    let mut other = trial.sphere;
-    let [x, y, z] = other.centre;
-    let radius = other.radius;
-    let nudge = |length: f32, random: &mut Random| {
-        let steps = random.below(5) as i32 - 2;
-        f32::from_bits(length.to_bits().wrapping_add_signed(steps))
-    };
-    match random.below(8) {
-        0 => return sphere(random, &trial.camera, trial.column, trial.row),
-        1 => other.radius *= random.between(0.5, 1.5) as f32,
-        2 => {
-            let moved = |length: f32| length + random.between(-1.5, 1.5) as f32 * radius;
-            other.centre = [x, y, z].map(moved);
-        }
-        3 => {
-            other.centre = [x, y, z].map(|length| nudge(length, random));
-            other.radius = nudge(radius, random);
-        }
-        // The same power, so that the camera is in the radical plane.
-        4 => other.centre = [-x, y, z],
-        5 => other.centre = [y, x, z],
-        6 => return on_the_surface(random),
-        // Almost the same power.
-        _ => other.centre = [-x, nudge(y, random), nudge(z, random)],
-    }
-    other
-}
-
-/// A sphere on whose surface the camera is, exactly.
-fn on_the_surface(random: &mut Random) -> Sphere {
-    let lengths = [[3, 4, 12, 13], [1, 2, 2, 3], [2, 3, 6, 7], [8, 9, 12, 17]];
-    let [x, y, z, radius] = lengths[random.below(4) as usize];
-    let turned = [[x, y, z], [y, z, x], [z, x, y]][random.below(3) as usize];
-    let times = (1 + random.below(4)) as f32;
-    Sphere {
-        centre: turned.map(|length| (random.sign() as f32) * times * length as f32),
-        radius: times * radius as f32,
-        colour: [0; 3],
-    }
-}
 
 /// Both spheres in the trial's tile, if both may be visible there.
 fn pair(trial: &Trial, grid: &Grid, random: &mut Random) -> Option<[Record; 2]> {
@@ -84,7 +40,8 @@ fn depths(trial: &Trial, grid: &Grid, record: &Record) -> SphereDepths {
 
 #[test]
 fn the_nearer_sphere_is_the_one_that_is_seen() {
-    let (mut constant, mut varied, mut open) = ([0, 0], [0, 0], 0);
+    let (mut constant, mut varied, mut undecided) = ([0, 0], [0, 0], 0);
+    let mut of_powers = [0; 6];
     each_trial(40_000, |trial, random| {
         let mut grid = Grid::new(trial.camera);
         let Some([first, second]) = pair(trial, &grid, random) else {
@@ -95,6 +52,14 @@ fn the_nearer_sphere_is_the_one_that_is_seen() {
             return Ok(());
         };
         let [of_first, of_second] = [first, second].map(|record| depths(trial, &grid, &record));
+        let powers = match [of_first.power, of_second.power] {
+            [a, b] if a == 0.0 && b == 0.0 => 0,
+            [a, b] if a == b => 1,
+            [a, b] if a > 0.0 && b > 0.0 => 2,
+            [a, b] if a < 0.0 && b < 0.0 => 3,
+            [a, b] if a <= 0.0 && b <= 0.0 => 4,
+            _ => 5,
+        };
         let nearer = compare(&grid, Bounds::Proven, region, &of_first, &of_second);
         let mut columns = NearerColumns::default();
         match nearer {
@@ -124,12 +89,13 @@ fn the_nearer_sphere_is_the_one_that_is_seen() {
                 [true, false] => first.index,
                 [false, true] => second.index,
                 [false, false] => {
-                    open += 1;
+                    undecided += 1;
                     continue;
                 }
                 [true, true] => return Err("both are nearer".into()),
             };
             counts[usize::from(said[1])] += 1;
+            of_powers[powers] += 1;
             // Of spheres that are equally near, the first of the file would be seen.
             let mut exchanged = [first, second];
             exchanged[0].index = 1 - first.index;
@@ -142,6 +108,11 @@ fn the_nearer_sphere_is_the_one_that_is_seen() {
         }
         Ok(())
     });
-    let enough = constant.iter().chain(&varied).all(|&count| count > 4_000) && open > 100;
-    assert!(enough, "only {constant:?}, {varied:?}, {open}");
+    let enough = constant.iter().chain(&varied).all(|&count| count > 4_000) && undecided > 100;
+    assert!(enough, "only {constant:?}, {varied:?}, {undecided}");
+    // Of both on the surface, of the same power, outside, inside, one on the surface, and apart.
+    assert!(
+        of_powers.iter().all(|&count| count > 500),
+        "only {of_powers:?}"
+    );
 }
