@@ -25,6 +25,7 @@ use std::{
     os::unix::fs::{PermissionsExt, symlink},
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
+    sync::atomic::{AtomicBool, Ordering},
     thread,
     time::Duration,
 };
@@ -665,6 +666,30 @@ fn of_two_runs_onto_one_name_one_whole_image_wins() {
         assert_eq!(shop.names(), ["balls.txt", "image.ppm"]);
         fs::remove_file(shop.path("image.ppm")).expect("removed");
     }
+}
+
+#[test]
+fn a_file_that_another_process_replaces_all_the_time_is_found() {
+    let shop = Workshop::new();
+    let right = shop.balls(30, 20);
+    let (image, other) = (shop.path("image.ppm"), shop.path("other.ppm"));
+    let ended = AtomicBool::new(false);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            while !ended.load(Ordering::Relaxed) {
+                fs::write(&other, &right).expect("written");
+                fs::rename(&other, &image).expect("renamed");
+            }
+        });
+        let runs: Vec<_> = (0..800)
+            .map(|_| shop.run("balls.txt image.ppm 30 20"))
+            .collect();
+        ended.store(true, Ordering::Relaxed);
+        for run in runs {
+            run.succeeds();
+        }
+    });
+    assert_eq!(shop.read("image.ppm"), right);
 }
 
 #[test]

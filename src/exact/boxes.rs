@@ -202,9 +202,9 @@ const ALL: u32 = 0xff;
 /// The spheres in the range of floats, or behind the camera.
 #[inline]
 fn in_range([x, y, z, r]: [f32x8; 4]) -> u32 {
-    let [least, most] = [FLOAT_RANGE.start, FLOAT_RANGE.end].map(f32x8::splat);
-    let within = x.abs().simd_le(most) & y.abs().simd_le(most) & z.simd_le(most);
-    let before = (z - r).simd_ge(least);
+    let [nearest, farthest] = [FLOAT_RANGE.start, FLOAT_RANGE.end].map(f32x8::splat);
+    let within = x.abs().simd_le(farthest) & y.abs().simd_le(farthest) & z.simd_le(farthest);
+    let before = (z - r).simd_ge(nearest);
     let behind = (z + r).simd_le(f32x8::splat(0.0));
     (within & before | behind).to_bitmask()
 }

@@ -375,7 +375,7 @@ impl Hidden {
     fn ask(&mut self, tile: &Tile, pixels: &[PixelRow]) {
         self.next_floors = self.met + (self.met / 4).max(FIRST_FLOORS);
         let mut floors = [f32::INFINITY; BLOCKS * BLOCKS];
-        let mut least = f32::INFINITY;
+        let mut lowest = f32::INFINITY;
         for row in tile.first / LANES..tile.last.div_ceil(LANES) {
             let rows = &pixels[(row * LANES).max(tile.first)..((row + 1) * LANES).min(tile.last)];
             for column in 0..tile.width.div_ceil(LANES) {
@@ -385,10 +385,10 @@ impl Hidden {
                     .fold(f32x8::splat(f32::INFINITY), f32x8::fast_min);
                 let floor = floor.to_array().into_iter().fold(f32::INFINITY, f32::min);
                 floors[row * BLOCKS + column] = floor;
-                least = least.min(floor);
+                lowest = lowest.min(floor);
             }
         }
-        self.floor = self.floor.max(least);
+        self.floor = self.floor.max(lowest);
         self.floors = Some(floors);
     }
 }

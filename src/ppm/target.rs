@@ -84,6 +84,20 @@ pub(super) fn folder_of(path: &Path) -> &Path {
 /// The file at the end of a chain of symbolic links, whether it exists or not: the file that
 /// the operating system would find, or an error.
 fn follow(path: &Path) -> Result<Target, ImageError> {
+    /// Another process may replace the file between two looks at it, and again.
+    const LOOKS: u32 = 16;
+    for _ in 0..LOOKS {
+        if let Some(target) = follow_once(path)? {
+            return Ok(target);
+        }
+    }
+    Err(ImageError::NoSuchName {
+        path: path.to_owned(),
+    })
+}
+
+/// The file at the end of a chain of symbolic links, if the operating system finds the same one.
+fn follow_once(path: &Path) -> Result<Option<Target>, ImageError> {
     /// The limit of Linux.
     const MAX_LINKS: u32 = 40;
     let mut target = path.to_owned();
@@ -104,16 +118,11 @@ fn follow(path: &Path) -> Result<Target, ImageError> {
             target = folder_of(&target).join(next);
         } else {
             let right = if_there(fs::metadata(path)).map_err(refused(path, FOLLOW))?;
-            return if found.as_ref().map(system::identity) == right.as_ref().map(system::identity) {
-                Ok(Target {
-                    path: target,
-                    found,
-                })
-            } else {
-                Err(ImageError::NoSuchName {
-                    path: path.to_owned(),
-                })
-            };
+            let [own, right] = [&found, &right].map(|found| found.as_ref().map(system::identity));
+            return Ok((own == right).then_some(Target {
+                path: target,
+                found,
+            }));
         }
     }
     Err(refused(path, FOLLOW)(system::too_many_links()))
