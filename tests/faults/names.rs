@@ -116,7 +116,7 @@ fn a_descriptor_that_can_not_be_copied_is_opened_or_reported() {
 fn a_link_to_a_file_without_a_name_is_refused() {
     let shop = Workshop::new();
     let ran = shop.run_shell(
-        "sleep 20 > lost & exec 9>&-; rm lost; $SFERA balls.txt /proc/$!/fd/1 64 48; code=$?; kill $!; exit $code",
+        "exec 8> lost; rm lost; sleep 20 & exec 8>&-; $SFERA balls.txt /proc/$!/fd/8 64 48; code=$?; kill $!; exit $code",
     );
     ran.fails(&["no such name"]);
     assert_eq!(shop.names(), ["balls.txt"]);
