@@ -317,9 +317,8 @@ impl<'a> Band<'a> {
         let contested = |at: &usize| coverage.is_contested(&coverage.spheres[*at]);
         met.extend(coverage.order.iter().copied().filter(contested));
         for places in met.chunks(LANES) {
-            let last = places.len() - 1;
-            let of = |lane: usize| &coverage.spheres[places[lane.min(last)]];
-            let eight = EightRecords::new(&std::array::from_fn(|lane| of(lane).record));
+            let of = |lane: usize| &coverage.spheres[places[lane]];
+            let eight = EightRecords::from_fn(places.len(), |lane| of(lane).record);
             let depths = prepared_tile.depths(&eight);
             let meetings = Meetings::new(&depths, &eight);
             for lane in 0..places.len() {

@@ -511,10 +511,14 @@ impl EightRecords {
     pub(super) fn of(records: &[Record]) -> Self {
         match records.first_chunk() {
             Some(eight) => Self::new(eight),
-            None => Self::new(&std::array::from_fn(|lane| {
-                records[lane.min(records.len() - 1)]
-            })),
+            None => Self::from_fn(records.len(), |at| records[at]),
         }
+    }
+
+    /// Up to eight records by their numbers; the last one fills the rest.
+    #[inline]
+    pub(super) fn from_fn(count: usize, record: impl Fn(usize) -> Record) -> Self {
+        Self::new(&std::array::from_fn(|lane| record(lane.min(count - 1))))
     }
 
     #[inline]

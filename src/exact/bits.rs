@@ -17,9 +17,21 @@ pub(super) fn runs(mut bits: u64) -> impl Iterator<Item = std::ops::Range<usize>
         }
         let start = bits.trailing_zeros() as usize;
         let end = start + (bits >> start).trailing_ones() as usize;
-        bits &= (u64::MAX << start)
-            .checked_shl((end - start) as u32)
-            .unwrap_or(0);
+        bits &= u64::MAX.checked_shl(end as u32).unwrap_or(0);
         Some(start..end)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::runs;
+
+    #[test]
+    fn runs_are_those_of_the_bits_that_are_set() {
+        let of = |bits| runs(bits).collect::<Vec<_>>();
+        assert_eq!(of(0), []);
+        assert_eq!(of(u64::MAX), vec![0..64; 1]);
+        assert_eq!(of(0b1011_1001), [0..1, 3..6, 7..8]);
+        assert_eq!(of(0b11 << 62 | 0b10), [1..2, 62..64]);
+    }
 }

@@ -120,7 +120,7 @@ pub(super) struct Coverage {
     keys: Vec<u64>,
     /// The indices of the spheres that are not hidden, from far to near.
     pub(super) order: Vec<usize>,
-    /// Whether the first in the order covers the whole tile.
+    /// Whether only one sphere is left in the order, and it covers the whole tile.
     pub(super) is_covered: bool,
     pub(super) contested: Mask,
     pub(super) any_contested: bool,
@@ -308,12 +308,10 @@ impl Coverage {
     fn find_depths(&mut self, grid: &Grid, tile: &Tile, bounds: Bounds) {
         let corner = (tile.column, tile.row);
         for covering in self.spheres.chunks(LANES) {
-            let last = covering.len() - 1;
-            let record = |lane: usize| covering[lane.min(last)].record;
-            let eight = EightRecords::new(&std::array::from_fn(record));
+            let eight = EightRecords::from_fn(covering.len(), |at| covering[at].record);
             let depths = Depths::new(grid, &tile.rectangles(&eight), &eight.spheres);
             let of_sphere = |lane| depths.of_sphere(lane, &eight.spheres, corner, bounds);
-            self.depths.extend((0..=last).map(of_sphere));
+            self.depths.extend((0..covering.len()).map(of_sphere));
         }
     }
 
@@ -355,12 +353,12 @@ impl Coverage {
     /// Which of two spheres is nearer where both are hit; the first one if that is nowhere.
     fn nearer(&self, pairs: Pairs<'_>, first: usize, second: usize) -> Nearer {
         let (near, far) = (&self.spheres[first], &self.spheres[second]);
-        let Some(region) = Region::of(&near.record, &far.record) else {
-            return Nearer::First;
-        };
         if far.upper < near.lower {
             return Nearer::First;
         }
+        let Some(region) = Region::of(&near.record, &far.record) else {
+            return Nearer::First;
+        };
         match (self.depths.get(first), self.depths.get(second)) {
             (Some(near), Some(far)) => {
                 radical::compare(pairs.grid, pairs.bounds, region, near, far)

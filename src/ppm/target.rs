@@ -84,7 +84,7 @@ pub(super) fn folder_of(path: &Path) -> &Path {
 /// The file at the end of a chain of symbolic links, whether it exists or not: the file that
 /// the operating system would find, or an error.
 fn follow(path: &Path) -> Result<Target, ImageError> {
-    /// Another process may replace the file between two looks at it, and again.
+    /// How often the name is looked up: another process may replace the file meanwhile.
     const LOOKS: u32 = 16;
     for _ in 0..LOOKS {
         if let Some(target) = follow_once(path)? {
