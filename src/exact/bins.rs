@@ -2,8 +2,9 @@
 //!
 //! Small spheres are sorted by tile, in two passes over each run of spheres: count, then
 //! scatter. Runs are processed in parallel, each with a table of its own, so that no two
-//! threads write to the same place. A sphere whose box meets many tiles is *large*: it has one
-//! record for the whole picture, and the large ones are sorted nearest first.
+//! threads write to the same place. A sphere whose box meets more than two columns or two rows
+//! of tiles is *large*: it has one record for the whole picture, and the large ones are sorted
+//! nearest first.
 
 use std::cmp::Ordering;
 
@@ -13,7 +14,7 @@ use rayon::prelude::*;
 use wide::{f32x8, f64x8, i32x8, u8x32, u32x8};
 
 use super::{
-    bits::set_bits,
+    bits::{lanes_of, set_bits},
     boxes::Boxes,
     grid::{EightSpheres, Grid},
     pool::Pool,
@@ -77,10 +78,6 @@ pub(super) struct Large {
     pub(super) bottom: u32,
 }
 
-/// A sphere whose box meets more tiles than this is large, which bounds the memory of the bins.
-/// A sphere that covers a tile extends beyond it on all sides, so it is large.
-const MAX_TILES: u64 = 4;
-
 /// In a scene of at most this many spheres all are large, so that whole rows may be painted.
 pub(super) const FEW_SPHERES: usize = 32;
 
@@ -101,7 +98,7 @@ const RUNS_PER_THREAD: usize = 3;
 #[derive(Debug, Default)]
 pub(super) struct Room {
     runs: Pool<Run>,
-    placements: Pool<Placements>,
+    placements: Pool<Vec<Placed>>,
 }
 
 /// The candidates of every tile.
@@ -278,25 +275,31 @@ impl Bins {
     }
 }
 
-/// The tiles of the spheres of a run, between the two passes.
-#[derive(Debug, Default)]
-struct Placements {
-    eights: Vec<Placed>,
-    /// The spheres that go to several tiles.
-    several: Vec<Large>,
+/// The tiles of eight spheres, between the two passes over a run. The box of a small sphere meets
+/// at most two columns and two rows of tiles.
+#[derive(Clone, Copy, Debug)]
+struct Placed {
+    /// A mask of the small spheres that may be visible.
+    small: u32,
+    /// Of those, masks of the boxes in two columns and in two rows of tiles.
+    across: u32,
+    down: u32,
+    /// The tile of the first pixel of the box.
+    tile: [u32; LANES],
+    /// Column and row within their tiles of the first and the last pixel, as in a record.
+    sides: [u32; LANES],
+    /// The greatest inverse depth.
+    upper: [f32; LANES],
 }
 
-/// The tiles of eight spheres.
-#[derive(Debug)]
-struct Placed {
-    /// Masks of the lanes that go to one tile, and of those that go to several.
-    one: u32,
-    several: u32,
-    /// For the lanes that go to one tile: the tile, the boxes in it as in a record, and the
-    /// greatest inverse depth.
-    tile: [u32; LANES],
-    sides: [u32; LANES],
-    upper: [f32; LANES],
+/// The part of a box that is in one tile.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    tile: usize,
+    /// 1; or 0, if there is no such part.
+    count: u32,
+    /// As in a record.
+    sides: u32,
 }
 
 impl Run {
@@ -308,40 +311,31 @@ impl Run {
         grid: &Grid,
         tiles: Tiles,
         all_large: bool,
-        Placements { eights, several }: &mut Placements,
+        eights: &mut Vec<Placed>,
     ) -> Vec<Large> {
         eights.clear();
-        several.clear();
         let mut large = Vec::new();
-        let starts = &mut self.starts;
-        starts.clear();
-        starts.resize(if all_large { 0 } else { tiles.count() + 1 }, 0);
+        self.starts.clear();
+        self.starts
+            .resize(if all_large { 0 } else { tiles.count() + 1 }, 0);
         let fit_floats = Boxes::fit_floats(grid);
         for first in range.clone().step_by(LANES) {
-            let [x, y, z, r] = components(spheres, first);
-            let mut boxes = Boxes::of_floats(grid, [x, y, z, r], fit_floats);
+            let components = components(spheres, first);
+            let mut boxes = Boxes::of_floats(grid, components, fit_floats);
             if range.end - first < LANES {
                 boxes.visible &= (1 << (range.end - first)) - 1;
             }
-            let (tile, sides, one) = if all_large {
-                ([0; LANES], [0; LANES], 0)
-            } else {
-                tiles.of_eight(&boxes)
-            };
-            let mut eight = Placed {
-                one: one & boxes.visible,
-                several: 0,
-                tile,
-                sides,
-                upper: boxes.upper,
-            };
-            for lane in set_bits(u64::from(eight.one)) {
-                starts[tile[lane] as usize] += 1;
+            let mut small = 0;
+            if !all_large {
+                let placed = tiles.of_eight(&boxes);
+                self.count(&placed, tiles);
+                small = placed.small;
+                eights.push(placed);
             }
-            for lane in set_bits(u64::from(boxes.visible & !one)) {
+            for lane in set_bits(u64::from(boxes.visible & !small)) {
                 let index = first + lane;
-                let sphere = Large {
-                    sphere: [x[lane], y[lane], z[lane], r[lane]],
+                large.push(Large {
+                    sphere: components.map(|all| all[lane]),
                     upper: boxes.upper[lane],
                     index: index as u32,
                     colour: spheres.colour()[index],
@@ -349,55 +343,94 @@ impl Run {
                     right: boxes.right[lane],
                     top: boxes.top[lane],
                     bottom: boxes.bottom[lane],
-                };
-                let covered = tiles.of(&sphere);
-                if all_large || covered.count() > MAX_TILES {
-                    large.push(sphere);
-                } else {
-                    eight.several |= 1 << lane;
-                    several.push(sphere);
-                    covered.each(tiles, |at, _, _| starts[at] += 1);
-                }
-            }
-            if !all_large {
-                eights.push(eight);
+                });
             }
         }
+        self.scatter(spheres, range.start, tiles, eights);
+        large
+    }
+
+    /// Counts the small ones of eight spheres for each of their tiles.
+    #[inline]
+    fn count(&mut self, placed: &Placed, tiles: Tiles) {
+        for lane in 0..LANES {
+            self.starts[placed.tile[lane] as usize] += placed.small >> lane & 1;
+        }
+        for lane in set_bits(u64::from(placed.across | placed.down)) {
+            for part in placed.other_parts(lane, tiles) {
+                self.starts[part.tile] += part.count;
+            }
+        }
+    }
+
+    /// Writes the records of the small spheres to their tiles.
+    fn scatter(&mut self, spheres: &Spheres, first: usize, tiles: Tiles, eights: &[Placed]) {
+        let starts = &mut self.starts;
         let mut total = 0;
         for start in &mut *starts {
             total += std::mem::replace(start, total);
         }
         if total == 0 {
             starts.clear();
+            return;
         }
-        self.records.reserve(total as usize);
+        // The place behind the last record is for parts that there are not, so that no branch
+        // depends on how many tiles a sphere has.
+        self.records.reserve(total as usize + 1);
         let records = self.records.all_mut();
-        let mut several = several.iter();
-        for (first, placed) in range.step_by(LANES).zip(&*eights) {
-            if placed.one | placed.several == 0 {
+        for (first, placed) in (first..).step_by(LANES).zip(eights) {
+            if placed.small == 0 {
                 continue;
             }
-            let eight = records_of(spheres, first, placed);
-            for lane in set_bits(u64::from(placed.one | placed.several)) {
-                if placed.one >> lane & 1 == 1 {
-                    let start = &mut starts[placed.tile[lane] as usize];
-                    records[*start as usize] = eight[lane];
-                    *start += 1;
-                } else if let Some(sphere) = several.next() {
-                    tiles.of(sphere).each(tiles, |at, column, row| {
-                        let (x, y) = (column << tiles.shift, row << tiles.shift);
-                        records[starts[at] as usize] = sphere.record(x, y, tiles.side());
-                        starts[at] += 1;
-                    });
+            let eight = records_of(spheres, first, placed, tiles);
+            for lane in 0..LANES {
+                let count = placed.small >> lane & 1;
+                let start = &mut starts[tiles.or_none(placed.tile[lane], count)];
+                records[*start as usize] = eight[lane];
+                *start += count;
+            }
+            for lane in set_bits(u64::from(placed.across | placed.down)) {
+                for part in placed.other_parts(lane, tiles) {
+                    let start = &mut starts[part.tile];
+                    records[*start as usize] = eight[lane].with_sides(part.sides);
+                    *start += part.count;
                 }
             }
         }
         // Each start has moved to the position of the next one.
-        if !starts.is_empty() {
-            starts.rotate_right(1);
-            starts[0] = 0;
-        }
-        large
+        starts.rotate_right(1);
+        starts[0] = 0;
+    }
+}
+
+impl Placed {
+    /// The boxes within the tiles of their first pixels.
+    #[inline]
+    fn first_sides(&self, tiles: Tiles) -> u32x8 {
+        let last = |place: u32| u32x8::splat((tiles.side() - 1) << (8 * place));
+        let (across, down) = (lanes_of(self.across), lanes_of(self.down));
+        u32x8::new(self.sides) | across & last(1) | down & last(3)
+    }
+
+    /// The parts of a sphere's box to the right of its first tile, below it, and below it to the
+    /// right.
+    #[inline(always)]
+    fn other_parts(&self, lane: usize, tiles: Tiles) -> [Part; 3] {
+        let (across, down) = (self.across >> lane & 1, self.down >> lane & 1);
+        let (first, columns) = (self.tile[lane], tiles.columns as u32);
+        let part = |count: u32, step: u32, sides: u32| Part {
+            tile: tiles.or_none(first + step, count),
+            count,
+            sides,
+        };
+        let sides = self.sides[lane];
+        let (no_left, no_top) = (sides & 0xffff_ff00, sides & 0xff00_ffff);
+        let last = tiles.side() - 1;
+        [
+            part(across, 1, no_left | (down * last) << 24),
+            part(down, columns, no_top | (across * last) << 8),
+            part(across & down, columns + 1, no_left & no_top),
+        ]
     }
 }
 
@@ -410,9 +443,9 @@ fn components(spheres: &Spheres, first: usize) -> [[f32; LANES]; 4] {
     })
 }
 
-/// Records of eight spheres, for those lanes that go to one tile.
+/// Records of eight spheres in the tiles of their first pixels.
 #[inline]
-fn records_of(spheres: &Spheres, first: usize, placed: &Placed) -> [Record; LANES] {
+fn records_of(spheres: &Spheres, first: usize, placed: &Placed, tiles: Tiles) -> [Record; LANES] {
     let [x, y, z, r] = components(spheres, first).map(f32x8::new);
     let colours = &spheres.colour()[first..];
     let mut eight = [[0; 3]; LANES];
@@ -425,82 +458,40 @@ fn records_of(spheres: &Spheres, first: usize, placed: &Placed) -> [Record; LANE
     let colours = words(eight.map(|[red, green, blue]| u32::from_ne_bytes([red, green, blue, 0])));
     let (upper, sides) = (
         f32x8::new(placed.upper),
-        words(placed.sides.map(u32::to_le)),
+        words(placed.first_sides(tiles).to_array().map(u32::to_le)),
     );
     bytemuck::cast(f32x8::transpose([x, y, z, r, upper, index, colours, sides]))
 }
 
-/// The tiles of a box: the first and the last column and row of tiles.
-#[derive(Clone, Copy, Debug)]
-struct Covered {
-    left: u32,
-    right: u32,
-    top: u32,
-    bottom: u32,
-}
-
 impl Tiles {
-    #[inline]
-    fn of(self, sphere: &Large) -> Covered {
-        Covered {
-            left: sphere.left >> self.shift,
-            right: sphere.right >> self.shift,
-            top: sphere.top >> self.shift,
-            bottom: sphere.bottom >> self.shift,
+    /// A tile if `count` is 1; if it is 0, the one behind the last.
+    #[inline(always)]
+    fn or_none(self, tile: u32, count: u32) -> usize {
+        if count == 1 {
+            tile as usize
+        } else {
+            self.count()
         }
     }
 
-    /// The tiles of the first pixels of eight boxes, the boxes within them as the sides of a
-    /// record, and a mask of the boxes that are within one tile.
+    /// The tiles of eight spheres.
     #[inline]
-    fn of_eight(self, boxes: &Boxes) -> ([u32; LANES], [u32; LANES], u32) {
-        let Boxes {
-            left,
-            right,
-            top,
-            bottom,
-            ..
-        } = boxes;
-        let tile = |x: u32, y: u32| (y >> self.shift) * self.columns as u32 + (x >> self.shift);
-        let first = std::array::from_fn(|lane| tile(left[lane], top[lane]));
-        let last = std::array::from_fn(|lane| tile(right[lane], bottom[lane]));
-        let within = self.side() - 1;
-        let sides = std::array::from_fn(|lane| {
-            let [left, right, top, bottom] =
-                [left, right, top, bottom].map(|side| side[lane] & within);
-            left | right << 8 | top << 16 | bottom << 24
-        });
-        let one = u32x8::new(first).simd_eq(u32x8::new(last)).to_bitmask();
-        (first, sides, one)
-    }
-}
-
-impl Covered {
-    #[inline]
-    fn count(self) -> u64 {
-        let across = u64::from(self.right - self.left) + 1;
-        let down = u64::from(self.bottom - self.top) + 1;
-        across.saturating_mul(down)
-    }
-
-    /// Calls a function with the index in the table, the column and the row of each tile.
-    #[inline]
-    fn each(self, tiles: Tiles, mut visit: impl FnMut(usize, u32, u32)) {
-        let mut row = self.top;
-        loop {
-            let first = row as usize * tiles.columns;
-            let mut column = self.left;
-            loop {
-                visit(first + column as usize, column, row);
-                if column == self.right {
-                    break;
-                }
-                column += 1;
-            }
-            if row == self.bottom {
-                break;
-            }
-            row += 1;
+    fn of_eight(self, boxes: &Boxes) -> Placed {
+        let sides = [boxes.left, boxes.right, boxes.top, boxes.bottom].map(u32x8::new);
+        let [left, right, top, bottom] = sides.map(|side| side >> self.shift);
+        let (across, down) = (right - left, bottom - top);
+        let equal = |steps: u32x8, count: u32| steps.simd_eq(u32x8::splat(count)).to_bitmask();
+        let at_most_one = |steps: u32x8| equal(steps, 0) | equal(steps, 1);
+        let small = boxes.visible & at_most_one(across) & at_most_one(down);
+        let within = u32x8::splat(self.side() - 1);
+        let [first, last, highest, lowest] = sides.map(|side| side & within);
+        Placed {
+            small,
+            across: small & equal(across, 1),
+            down: small & equal(down, 1),
+            tile: (top * u32x8::splat(self.columns as u32) + left).to_array(),
+            sides: (first | last << 8_u32 | highest << 16_u32 | lowest << 24_u32).to_array(),
+            upper: boxes.upper,
         }
     }
 }
@@ -586,6 +577,19 @@ impl Record {
     /// First and last column and row within the tile.
     pub(super) fn sides(&self) -> [u8; 4] {
         [self.left, self.right, self.top, self.bottom]
+    }
+
+    /// The same sphere in another tile.
+    #[inline]
+    fn with_sides(self, sides: u32) -> Self {
+        let [left, right, top, bottom] = sides.to_le_bytes();
+        Self {
+            left,
+            right,
+            top,
+            bottom,
+            ..self
+        }
     }
 
     /// The number of pixels in its box.

@@ -1,5 +1,14 @@
 //! Bits of masks.
 
+use wide::u32x8;
+
+/// All bits of the lanes whose bits are set.
+#[inline(always)]
+pub(super) fn lanes_of(mask: u32) -> u32x8 {
+    let bits = u32x8::new(std::array::from_fn(|lane| 1 << lane));
+    (u32x8::splat(mask) & bits).simd_eq(bits)
+}
+
 /// The positions of the bits that are set.
 pub(super) fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {

@@ -2,7 +2,7 @@
 
 use wide::{i8x32, u8x16, u8x32, u8x64, u32x8};
 
-use super::bits::set_bits;
+use super::bits::{lanes_of, set_bits};
 use crate::{
     camera::BYTES_PER_PIXEL,
     spheres::{LANES, Rgb},
@@ -140,9 +140,7 @@ pub(super) fn put_eight(line: &mut [u8], colours: u32x8) {
 #[inline(always)]
 pub(super) fn put_some(line: &mut [u8], colours: u32x8, wanted: u32) {
     if let Some(line) = line.first_chunk_mut::<{ FOUR + 16 }>() {
-        let bits = u32x8::new(std::array::from_fn(|lane| 1 << lane));
-        let wanted = (u32x8::splat(wanted) & bits).simd_eq(bits);
-        let (wanted, halves) = (halves(wanted), halves(colours));
+        let (wanted, halves) = (halves(lanes_of(wanted)), halves(colours));
         for (half, at) in [0, FOUR].into_iter().enumerate() {
             let (piece, _) = line[at..].as_chunks_mut::<16>();
             let new =

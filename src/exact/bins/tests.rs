@@ -3,7 +3,10 @@
 use super::*;
 use crate::{
     camera::{Camera, ImageSize},
-    exact::paint::{bytes_of, colour_lane},
+    exact::{
+        grid::SIDE,
+        paint::{bytes_of, colour_lane},
+    },
     random::Random,
     scene::Viewport,
     spheres::Sphere,
@@ -101,8 +104,9 @@ fn records_of_eight_lanes_are_those_of_one_sphere_each() {
     for first in [0, 8] {
         let lanes: [u32; LANES] = std::array::from_fn(|lane| lane as u32);
         let placed = Placed {
-            one: 0xff,
-            several: 0,
+            small: 0xff,
+            across: 0b0101_0000,
+            down: 0b0110_0000,
             tile: [0; LANES],
             sides: lanes.map(|lane| {
                 let [left, right, top, bottom] = sides(lane);
@@ -110,7 +114,12 @@ fn records_of_eight_lanes_are_those_of_one_sphere_each() {
             }),
             upper: lanes.map(|lane| 0.1 + lane as f32),
         };
-        let records = records_of(&spheres, first, &placed);
+        let tiles = Tiles {
+            shift: SIDE.ilog2(),
+            columns: 2,
+            rows: 2,
+        };
+        let records = records_of(&spheres, first, &placed, tiles);
         for (lane, record) in records.iter().enumerate().take(spheres.len() - first) {
             let index = (first + lane) as u32;
             let Sphere {
@@ -125,11 +134,11 @@ fn records_of_eight_lanes_are_those_of_one_sphere_each() {
                 index,
                 colour,
                 left,
-                right,
+                right: right + tiles.side() * (placed.across >> lane & 1),
                 top,
-                bottom,
+                bottom: bottom + tiles.side() * (placed.down >> lane & 1),
             };
-            let alone = alone.record(0, 0, 64);
+            let alone = alone.record(0, 0, tiles.side());
             assert_eq!(
                 bytemuck::bytes_of(record),
                 bytemuck::bytes_of(&alone),
