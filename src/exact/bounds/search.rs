@@ -13,8 +13,8 @@ use wide::{f32x8, f64x8};
 use super::*;
 use crate::exact::{
     kernels::{
-        Middle, MiddleRow, Number, Steps, before, in_column, in_row, over_power, quadratic,
-        row_factor, row_middle, touching, touching_beside,
+        Middle, MiddleRow, Number, Steps, before, in_column, in_row, over_power, power_difference,
+        quadratic, row_factor, row_middle, touching, touching_beside,
     },
     real::{DoubleDouble, Real},
     trials::{Dyadic, Random, dyadic},
@@ -486,6 +486,25 @@ formula!(RowEnd, "ROW_END_BOUND", ROW_END_BOUND, 0.2,
     of => of[1].times_plus(of[2], of[0]) - of[3] - of[4].root(),
     of[0].abs() + of[1].abs() * of[2] + of[4].sqrt());
 
+formula!(SideOfPlane, "SIDE_BOUND", SIDE_BOUND, 0.25,
+    [Length(-8, 0), Length(0, 1)],
+    of => of[0] - of[1] * of[1],
+    of[1] * of[1]);
+
+fn difference_of_powers<N: Number>(of: &[N]) -> ([N; 4], N) {
+    power_difference([of[0], of[1], of[2], of[3]], [of[4], of[5], of[6], of[7]])
+}
+
+formula!(DifferenceOfPowers, "CANCELLATION_LIMIT, c' - c", 1.0 / (1 << 30) as f64, 0.06,
+[LENGTH, LENGTH, LENGTH, WIDTH, LENGTH, LENGTH, LENGTH, WIDTH],
+of => difference_of_powers(of).1,
+{
+    let (terms, difference) = difference_of_powers(of);
+    let limit = f64x8::splat(CANCELLATION_LIMIT) * sum_of_magnitudes(terms);
+    let difference = difference.abs();
+    difference.simd_gt(limit).select(difference, f64x8::splat(f64::NAN))
+});
+
 const TINY: Kind = Double(-149, -137);
 
 // What underflows, and is not within the relative bound.
@@ -589,6 +608,8 @@ fn search(begins: u64, steps: u64) -> Vec<(&'static str, f64, f64)> {
         found::<SumOfParts>(in_floats::<SumOfParts>, effort),
         found::<RowSquare>(in_floats::<RowSquare>, effort),
         found::<RowEnd>(in_floats::<RowEnd>, effort),
+        found::<SideOfPlane>(in_floats::<SideOfPlane>, effort),
+        found::<DifferenceOfPowers>(in_doubles::<DifferenceOfPowers>, effort),
         found::<Least>(in_floats::<Least>, effort),
         ("U_DOUBLE_DOUBLE", double_doubles(begins, steps), 0.1),
     ]
