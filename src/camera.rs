@@ -16,7 +16,10 @@ use std::fmt;
 
 use wide::{f32x8, f64x4, f64x8};
 
-use crate::{scene::Viewport, spheres::LANES};
+use crate::{
+    scene::Viewport,
+    spheres::{LANES, double},
+};
 
 /// Lanes of a packet of doubles: half a packet of floats.
 pub(crate) const DOUBLE_LANES: usize = 4;
@@ -199,7 +202,7 @@ impl Camera {
     /// `z` of every ray in doubles, exact.
     #[must_use]
     pub fn z_double(&self) -> f64 {
-        f64::from(self.viewport.distance)
+        double(self.viewport.distance)
     }
 
     /// `x` of columns `first..first + 4` in doubles, lane by lane

@@ -7,6 +7,21 @@ use wide::f32x8;
 /// Lanes of a packet: 8 pixels of a row, or 8 spheres.
 pub(crate) const LANES: usize = 8;
 
+/// A float as a double that may be a factor of a product.
+///
+/// For a product of two floats in doubles, s390x has an instruction, MDEBR, which QEMU 7.2 executes
+/// wrongly. That emulator is the one of Debian 12, so the compiler is kept from seeing that the
+/// factor was a float.
+#[inline(always)]
+pub(crate) fn double(float: f32) -> f64 {
+    let double = f64::from(float);
+    if cfg!(target_arch = "s390x") {
+        std::hint::black_box(double)
+    } else {
+        double
+    }
+}
+
 /// Red, green and blue, the bytes of a pixel.
 pub type Rgb = [u8; 3];
 

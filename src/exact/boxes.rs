@@ -12,7 +12,7 @@ use super::{
     kernels::{before, nearest_beside, touching, touching_beside},
     sight::power_of_camera,
 };
-use crate::spheres::{LANES, Sphere};
+use crate::spheres::{LANES, Sphere, double};
 
 #[cfg(test)]
 mod tests;
@@ -229,11 +229,7 @@ fn ends_beside(sphere: &Sphere, across: f32, scale: f64, side: u32) -> Option<(u
     if w <= 0.0 {
         return Some((0, last));
     }
-    let (x, z, r) = (
-        f64::from(across.abs()),
-        f64::from(centre[2]),
-        f64::from(radius),
-    );
+    let [x, z, r] = [across.abs(), centre[2], radius].map(double);
     let [ahead, back] = touching_beside([x, z, r], w);
     let slope = if z >= 0.0 { ahead } else { back };
     let pixels = slope * scale;
@@ -254,8 +250,8 @@ fn ends_beside(sphere: &Sphere, across: f32, scale: f64, side: u32) -> Option<(u
 
 /// No hit has a greater inverse depth.
 fn upper_beside(grid: &Grid, sphere: &Sphere) -> f32 {
-    let [x, y, z] = sphere.centre.map(f64::from);
-    let lengths = [x, y, z, f64::from(sphere.radius)];
+    let [x, y, z] = sphere.centre.map(double);
+    let lengths = [x, y, z, double(sphere.radius)];
     let nearest = nearest_beside(grid.reach, lengths, power_of_camera(sphere).abs());
     let upper = nearest * (1.0 + BESIDE_BOUND);
     float_above(upper * grid.scale)

@@ -11,7 +11,7 @@ use wide::f64x8;
 use super::bounds::{REACH_BOUND, TO_FLOAT};
 use crate::{
     camera::{Axis, Camera},
-    spheres::{LANES, Sphere},
+    spheres::{LANES, Sphere, double},
 };
 
 /// The greatest side of a tile, in pixels.
@@ -64,7 +64,7 @@ pub(super) struct EightSpheres {
 impl EightSpheres {
     #[inline]
     pub(super) fn new([x, y, z, r]: [[f32; LANES]; 4]) -> Self {
-        let doubles = |floats: [f32; LANES]| f64x8::new(floats.map(f64::from));
+        let doubles = |floats: [f32; LANES]| f64x8::new(floats.map(double));
         Self {
             x: doubles(x),
             y: doubles(y),

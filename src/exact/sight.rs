@@ -27,7 +27,7 @@ use super::{
 };
 use crate::{
     camera::Camera,
-    spheres::{LANES, Sphere},
+    spheres::{LANES, Sphere, double},
 };
 
 #[cfg(test)]
@@ -83,7 +83,7 @@ impl<N: Real> Rays<N> {
         };
         let x = of(viewport.width, x, x_unit);
         let y = of(viewport.height, splat(y as f64), y_unit);
-        let z = N::splat(f64::from(viewport.distance));
+        let z = N::splat(double(viewport.distance));
         Self {
             x,
             y,
@@ -102,7 +102,7 @@ impl<N: Real> Targets<N> {
             last = spheres.next().unwrap_or(last);
             last
         });
-        let component = |at: usize| N::of(f64x8::new(eight.map(|sphere| f64::from(sphere[at]))));
+        let component = |at: usize| N::of(f64x8::new(eight.map(|sphere| double(sphere[at]))));
         let powers = eight.map(power);
         Self {
             centre: [component(0), component(1), component(2)],
@@ -220,7 +220,7 @@ pub(super) fn powers_of_camera(spheres: &EightSpheres, yz: f64x8, k: f64x8) -> f
 /// Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
 /// Predicates, 1997, section 2.4, Grow-Expansion).
 fn power(sphere: [f32; 4]) -> (f64, f64) {
-    let [x, y, z, r] = sphere.map(|length| f64::from(length) * f64::from(length));
+    let [x, y, z, r] = sphere.map(|length| double(length) * double(length));
     let mut expansion = [0.0; 5];
     for (length, term) in [x, y, z, -r].into_iter().enumerate() {
         grow(&mut expansion, length, term);

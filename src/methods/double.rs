@@ -6,7 +6,10 @@
 use wide::f64x4;
 
 use super::{NONE, Seen, index_double_lanes};
-use crate::{camera::DOUBLE_LANES, spheres::Spheres};
+use crate::{
+    camera::DOUBLE_LANES,
+    spheres::{Spheres, double},
+};
 
 /// The nearest sphere along `(x, y, z)`.
 pub(crate) fn scalar(spheres: &Spheres, [x, y, z]: [f64; 3]) -> Seen {
@@ -15,10 +18,10 @@ pub(crate) fn scalar(spheres: &Spheres, [x, y, z]: [f64; 3]) -> Seen {
     let mut nearest = f64::INFINITY;
     let mut seen = NONE;
     for index in 0..spheres.len() {
-        let cx = f64::from(spheres.x()[index]);
-        let cy = f64::from(spheres.y()[index]);
-        let cz = f64::from(spheres.z()[index]);
-        let radius = f64::from(spheres.radius()[index]);
+        let cx = double(spheres.x()[index]);
+        let cy = double(spheres.y()[index]);
+        let cz = double(spheres.z()[index]);
+        let radius = double(spheres.radius()[index]);
         let b = -2.0 * (dx * cx + dy * cy + dz * cz);
         let c = (cx * cx + cy * cy + cz * cz) - radius * radius;
         let discriminant = b * b - 4.0 * c;
@@ -46,10 +49,10 @@ pub(crate) fn packet(spheres: &Spheres, x: f64x4, y: f64, z: f64) -> [Seen; DOUB
     let mut nearest = f64x4::splat(f64::INFINITY);
     let mut seen = index_double_lanes(NONE as usize);
     for index in 0..spheres.len() {
-        let cx = f64x4::splat(f64::from(spheres.x()[index]));
-        let cy = f64x4::splat(f64::from(spheres.y()[index]));
-        let cz = f64x4::splat(f64::from(spheres.z()[index]));
-        let radius = f64x4::splat(f64::from(spheres.radius()[index]));
+        let cx = f64x4::splat(double(spheres.x()[index]));
+        let cy = f64x4::splat(double(spheres.y()[index]));
+        let cz = f64x4::splat(double(spheres.z()[index]));
+        let radius = f64x4::splat(double(spheres.radius()[index]));
         let b = f64x4::splat(-2.0) * (dx * cx + dy * cy + dz * cz);
         let c = (cx * cx + cy * cy + cz * cz) - radius * radius;
         let discriminant = b * b - f64x4::splat(4.0) * c;
