@@ -115,70 +115,131 @@ impl<N: Real> Targets<N> {
     }
 }
 
-impl<N: Real> Sights<N> {
-    /// Theorem 6 of the proof.
-    pub(super) fn new(rays: &Rays<N>, targets: &Targets<N>) -> Self {
-        let &Rays { x, y, z, a } = rays;
-        let &Targets {
-            centre: [cx, cy, cz],
-            radius,
-            power: c,
-        } = targets;
-        let units = |count: f64| N::splat(count * N::ROUNDOFF);
-        let (zero, one, two) = (N::splat(0.0), N::splat(1.0), N::splat(2.0));
-        let infinite = N::splat(f64::INFINITY);
-        let none = N::splat(f64::NEG_INFINITY);
+/// `B = C.V`, and its bounds.
+#[derive(Clone, Copy)]
+struct Ahead<N> {
+    value: N,
+    lower: N,
+    upper: N,
+}
 
-        let parts = [cx * x, cy * y, cz * z];
-        let b = parts[0] + parts[1] + parts[2];
-        let b_bound = units(SIGHT_DOT) * (parts[0].abs() + parts[1].abs() + parts[2].abs());
+impl<N: Real> Ahead<N> {
+    fn new(rays: &Rays<N>, targets: &Targets<N>) -> Self {
+        let [cx, cy, cz] = targets.centre;
+        let [x, y, z] = [cx * rays.x, cy * rays.y, cz * rays.z];
+        let value = x + y + z;
+        let bound = units::<N>(SIGHT_DOT) * (x.abs() + y.abs() + z.abs());
+        Self {
+            value,
+            lower: value - bound,
+            upper: value + bound,
+        }
+    }
+}
 
+/// `D`, its bound, and the bounds of its root.
+#[derive(Clone, Copy)]
+struct Discriminant<N> {
+    value: N,
+    bound: N,
+    root_lower: N,
+    root_upper: N,
+}
+
+impl<N: Real> Discriminant<N> {
+    fn new(&Rays { x, y, z, a }: &Rays<N>, targets: &Targets<N>) -> Self {
+        let [cx, cy, cz] = targets.centre;
+        let (zero, two) = (N::splat(0.0), N::splat(2.0));
         let (mut squared_cross, mut cross_bound) = (zero, zero);
         for (p, q) in [(cy * z, cz * y), (cz * x, cx * z), (cx * y, cy * x)] {
             let n = p - q;
-            let bound = units(SIGHT_CROSS) * (p.abs() + q.abs());
+            let bound = units::<N>(SIGHT_CROSS) * (p.abs() + q.abs());
             squared_cross = squared_cross + n * n;
             cross_bound = cross_bound + (two * n.abs() + bound) * bound;
         }
-        let squared_radius = radius * radius * a;
-        let d = squared_radius - squared_cross;
-        let d_bound = units(SIGHT_SQUARED_RADIUS) * squared_radius
-            + units(SIGHT_SQUARED_CROSS) * squared_cross
+        let squared_radius = targets.radius * targets.radius * a;
+        let value = squared_radius - squared_cross;
+        let bound = units::<N>(SIGHT_SQUARED_RADIUS) * squared_radius
+            + units::<N>(SIGHT_SQUARED_CROSS) * squared_cross
             + cross_bound;
+        Self {
+            value,
+            bound,
+            root_lower: (value - bound).positive_part().sqrt(),
+            root_upper: (value + bound).positive_part().sqrt(),
+        }
+    }
+}
 
-        let (b_lower, b_upper) = (b - b_bound, b + b_bound);
-        let root_lower = (d - d_bound).positive_part().sqrt();
-        let root_upper = (d + d_bound).positive_part().sqrt();
-        let down = |s: N| s * (one - units(SIGHT_QUOTIENT));
-        let up = |s: N| s * (one + units(SIGHT_QUOTIENT));
+/// So many roundings.
+fn units<N: Real>(count: f64) -> N {
+    N::splat(count * N::ROUNDOFF)
+}
 
-        // The camera is outside: c > 0.
-        let met = d.exceeds(d_bound) & b_lower.exceeds(zero);
-        let missed = (zero - d_bound).exceeds(d) | zero.exceeds(b_upper);
-        let outside = Self {
-            lower: down((b_lower + root_lower) / c).where_or(met, none),
-            upper: none.where_or(missed, up((b_upper + root_upper) / c)),
-        };
-        // Inside: of two equal formulas, the one without cancellation.
+/// Below and above an inverse depth by the roundings of its last operations.
+fn down<N: Real>(s: N) -> N {
+    s * (N::splat(1.0) - units::<N>(SIGHT_QUOTIENT))
+}
+
+fn up<N: Real>(s: N) -> N {
+    s * (N::splat(1.0) + units::<N>(SIGHT_QUOTIENT))
+}
+
+impl<N: Real> Sights<N> {
+    /// Theorem 6 of the proof.
+    pub(super) fn new(rays: &Rays<N>, targets: &Targets<N>) -> Self {
+        let (c, zero) = (targets.power, N::splat(0.0));
+        let (outside, inside) = (c.exceeds(zero), zero.exceeds(c));
+        let b = Ahead::new(rays, targets);
+        if (outside | inside).to_bitmask() == 0 {
+            return Self::from_the_surface(rays.a, b);
+        }
+        let d = Discriminant::new(rays, targets);
+        if outside.to_bitmask() == 0xff {
+            return Self::from_outside(c, b, d);
+        }
+        let surface = Self::from_the_surface(rays.a, b);
+        let within = Self::from_inside(rays.a, c, b, d).where_or(inside, surface);
+        Self::from_outside(c, b, d).where_or(outside, within)
+    }
+
+    /// Where `c > 0`.
+    fn from_outside(c: N, b: Ahead<N>, d: Discriminant<N>) -> Self {
+        let (zero, none) = (N::splat(0.0), N::splat(f64::NEG_INFINITY));
+        let met = d.value.exceeds(d.bound) & b.lower.exceeds(zero);
+        let missed = (zero - d.bound).exceeds(d.value) | zero.exceeds(b.upper);
+        Self {
+            lower: down((b.lower + d.root_lower) / c).where_or(met, none),
+            upper: none.where_or(missed, up((b.upper + d.root_upper) / c)),
+        }
+    }
+
+    /// Where `c < 0`: of two equal formulas, the one without cancellation.
+    fn from_inside(a: N, c: N, b: Ahead<N>, d: Discriminant<N>) -> Self {
+        let (zero, infinite) = (N::splat(0.0), N::splat(f64::INFINITY));
         let inner = zero - c;
-        let below = root_lower + b_lower;
+        let below = d.root_lower + b.lower;
         let ahead = Self {
-            lower: down(a / (root_upper + b_upper)),
+            lower: down(a / (d.root_upper + b.upper)),
             upper: up(a / below).where_or(below.exceeds(zero), infinite),
         };
         let back = Self {
-            lower: down((root_lower - b_upper) / inner),
-            upper: up((root_upper - b_lower) / inner),
+            lower: down((d.root_lower - b.upper) / inner),
+            upper: up((d.root_upper - b.lower) / inner),
         };
-        let inside = back.where_or(zero.exceeds(b), ahead);
-        // On the surface.
-        let met = b_lower.exceeds(zero);
-        let surface = Self {
-            lower: down(a / (two * b_upper)).where_or(met, none),
-            upper: up(a / (two * b_lower))
-                .where_or(met, none.where_or(zero.exceeds(b_upper), infinite)),
-        };
-        outside.where_or(c.exceeds(zero), inside.where_or(zero.exceeds(c), surface))
+        back.where_or(zero.exceeds(b.value), ahead)
+    }
+
+    /// Where `c = 0`.
+    fn from_the_surface(a: N, b: Ahead<N>) -> Self {
+        let (zero, two) = (N::splat(0.0), N::splat(2.0));
+        let (none, infinite) = (N::splat(f64::NEG_INFINITY), N::splat(f64::INFINITY));
+        let met = b.lower.exceeds(zero);
+        Self {
+            lower: down(a / (two * b.upper)).where_or(met, none),
+            upper: up(a / (two * b.lower))
+                .where_or(met, none.where_or(zero.exceeds(b.upper), infinite)),
+        }
     }
 
     fn where_or(self, mask: f64x8, other: Self) -> Self {
