@@ -43,6 +43,9 @@ use crate::{
     spheres::Sphere,
 };
 
+#[cfg(test)]
+mod tests;
+
 /// A scene at one image size, in integers.
 #[derive(Clone, Debug)]
 pub struct Reference {
@@ -344,6 +347,6 @@ fn parts(length: f32) -> (u32, i32) {
     if biased == 0 {
         (fraction, SMALLEST)
     } else {
-        (fraction | 1 << FRACTION_BITS, SMALLEST + biased - 1)
+        (fraction + (1 << FRACTION_BITS), SMALLEST + biased - 1)
     }
 }

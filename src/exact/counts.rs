@@ -55,3 +55,50 @@ impl AddAssign for Counts {
         self.sphere_tests += other.sphere_tests;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Counts, Rung};
+
+    /// Each number is counted and added by itself.
+    #[test]
+    fn every_pixel_is_counted_once() {
+        let mut counts = Counts {
+            pixels_in_runs: 1,
+            pixels_in_packets: 20,
+            sphere_tests: 3,
+            ..Counts::default()
+        };
+        let settled = [
+            (Rung::Doubles, 300),
+            (Rung::DoubleDoubles, 4_000),
+            (Rung::Integers, 50_000),
+        ];
+        for (rung, times) in settled {
+            for _ in 0..times {
+                counts.settled_by(rung);
+            }
+        }
+        let expected = Counts {
+            pixels_in_runs: 1,
+            pixels_in_packets: 20,
+            pixels_in_doubles: 300,
+            pixels_in_double_doubles: 4_000,
+            pixels_in_integers: 50_000,
+            sphere_tests: 3,
+        };
+        assert_eq!(counts, expected);
+        assert_eq!(counts.pixels(), 54_321);
+        let mut sum = counts;
+        sum += counts;
+        let twice = Counts {
+            pixels_in_runs: 2,
+            pixels_in_packets: 40,
+            pixels_in_doubles: 600,
+            pixels_in_double_doubles: 8_000,
+            pixels_in_integers: 100_000,
+            sphere_tests: 6,
+        };
+        assert_eq!(sum, twice);
+    }
+}

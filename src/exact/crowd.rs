@@ -19,6 +19,9 @@ use super::{
 };
 use crate::spheres::LANES;
 
+#[cfg(test)]
+mod tests;
+
 /// Spheres are worth sorting if their boxes would cover the tile this many times, and have on
 /// average this many pixels.
 const DEEP: usize = 8;

@@ -123,3 +123,21 @@ pub(super) fn float_above(value: f64) -> f32 {
 pub(super) fn float_below(value: f64) -> f32 {
     ((value * (1.0 - TO_FLOAT) - f64::from(f32::from_bits(1))) as f32).max(0.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::EightSpheres;
+
+    /// Of spheres that differ in one number, or in the sign of a zero.
+    #[test]
+    fn only_the_same_sphere_is_equal() {
+        let sphere = [0.0, 2.0, 3.0, 0.5];
+        let mut others = [sphere; 6];
+        for (place, other) in others.iter_mut().take(4).enumerate() {
+            other[place] += 1.0;
+        }
+        others[4][0] = -0.0;
+        let eight = EightSpheres::of(others.into_iter());
+        assert_eq!(eight.equal(&sphere), 0b1111_0000);
+    }
+}

@@ -106,18 +106,18 @@ impl InverseDepth {
         let k = &self.p * &other.q - &other.p * &self.q;
         let l = &other.q * &other.q * &self.d;
         let m = &self.q * &self.q * &other.d;
+        let square = &k * &k;
         if k >= Dyadic::ZERO {
-            cmp_shifted_root(&k, &l, &m)
+            cmp_shifted_root(square, &l, &m)
         } else {
-            cmp_shifted_root(&-k, &m, &l).reverse()
+            cmp_shifted_root(square, &m, &l).reverse()
         }
     }
 }
 
-/// Compares `k + sqrt l` with `sqrt m`, for `k, l, m >= 0`. Squaring both sides compares
-/// `2k sqrt l` with `m - l - k^2`; if that is not negative, both are squared again.
-fn cmp_shifted_root(k: &Dyadic, l: &Dyadic, m: &Dyadic) -> Ordering {
-    let square = k * k;
+/// Compares `k + sqrt l` with `sqrt m`, for `k, l, m >= 0`, by the square of `k`. Squaring both sides
+/// compares `2k sqrt l` with `m - l - k^2`; if that is not negative, both are squared again.
+fn cmp_shifted_root(square: Dyadic, l: &Dyadic, m: &Dyadic) -> Ordering {
     let rest = m - l - &square;
     if rest < Dyadic::ZERO {
         return Ordering::Greater;
@@ -138,7 +138,7 @@ fn dyadic(value: f32) -> Dyadic {
     let significand = if exponent == 0 {
         fraction
     } else {
-        fraction | 1 << 23
+        fraction + (1 << 23)
     };
     let signed = if value.is_sign_negative() {
         -significand

@@ -62,3 +62,20 @@ impl<T: Default> Drop for Lent<'_, T> {
         self.pool.give(std::mem::take(&mut self.one));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Pool;
+
+    #[test]
+    fn what_was_lent_is_lent_again() {
+        let pool = Pool::<Vec<u8>>::default();
+        pool.lend().reserve_exact(1000);
+        assert!(pool.lend().capacity() >= 1000);
+        assert_eq!(pool.lend().len(), 0);
+        let [first, second] = [pool.take(), pool.take()];
+        assert!(first.capacity() >= 1000 && second.capacity() == 0);
+        pool.give(first);
+        assert!(pool.take().capacity() >= 1000);
+    }
+}

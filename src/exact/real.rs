@@ -23,7 +23,7 @@ pub(super) trait Real:
 
     /// Exactly these doubles.
     fn of(doubles: f64x8) -> Self;
-    /// The sum of a double and a much smaller one.
+    /// A double and the rest of a number, of which this arithmetic may hold only the double.
     fn of_sum(doubles: f64x8, rest: f64x8) -> Self;
     /// The square root of numbers that are not negative.
     fn sqrt(self) -> Self;
@@ -58,8 +58,8 @@ impl Real for f64x8 {
         doubles
     }
 
-    fn of_sum(doubles: f64x8, rest: f64x8) -> Self {
-        doubles + rest
+    fn of_sum(doubles: f64x8, _: f64x8) -> Self {
+        doubles
     }
 
     fn sqrt(self) -> Self {

@@ -26,18 +26,23 @@ pub(super) struct BandRows {
     pub(super) last: usize,
 }
 
+/// The outlines of a band, whose tiles begin at a row, are around the middle row of the tiles.
+fn placement(origin: u32) -> Placement {
+    let half = (SIDE / 2) as f64;
+    Placement {
+        rows: f64x8::splat(f64::from(origin) + half),
+        down: f64x8::splat(half + LANES as f64),
+        column: 0,
+        row: origin,
+    }
+}
+
 /// The outlines of the spheres of a band, nearest first, if no pixel in it is contested.
 pub(super) fn undisputed(grid: &Grid, rows: BandRows, large: &[&Large]) -> Option<Vec<Outline>> {
     if large.len() > FEW_SPHERES || grid.camera().size().width() > MAX_COLUMNS {
         return None;
     }
-    let half = (SIDE / 2) as f64;
-    let placement = Placement {
-        rows: f64x8::splat(f64::from(rows.origin) + half),
-        down: f64x8::splat(half + LANES as f64),
-        column: 0,
-        row: rows.origin,
-    };
+    let placement = placement(rows.origin);
     let mut outlines = Vec::with_capacity(large.len().next_multiple_of(LANES));
     for eight in large.chunks(LANES) {
         let spheres = EightSpheres::of(eight.iter().map(|large| large.sphere));
@@ -86,6 +91,27 @@ pub(super) fn paint(
             if inner != outer {
                 let columns = outer.clone().filter(|column| !inner.contains(column));
                 doubtful.extend(columns.map(|column| (column as u32, origin + row as u32)));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{SIDE, placement};
+
+    /// `|q| <= 40` is what theorem 8 says.
+    #[test]
+    fn every_row_of_a_band_is_within_its_placement() {
+        for origin in [0, 64, 1 << 20, u32::MAX - 63] {
+            let placement = placement(origin);
+            let of = |lanes: wide::f64x8| lanes.to_array()[0];
+            assert_eq!((placement.column, placement.row), (0, origin));
+            let down = of(placement.down);
+            assert!(down <= 40.0);
+            for row in 0..SIDE as u32 {
+                let q = f64::from(origin) + f64::from(row) - of(placement.rows);
+                assert!(q.abs() <= down, "row {row}: {q}");
             }
         }
     }

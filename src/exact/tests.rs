@@ -104,14 +104,23 @@ fn assert_alike(scene: &Scene, size: ImageSize, first: &[u8], tiles: &[u32], wha
     let mut parts = vec![0; size.pixel_bytes()];
     let (above, below) = parts.split_at_mut(size.row_bytes() * cut as usize);
     let renderer = tuned(scene, size, tiles[0], Bounds::Proven);
-    renderer.draw(cut..size.height(), below);
-    renderer.draw(0..cut, above);
+    let below = renderer.draw(cut..size.height(), below);
+    let above = renderer.draw(0..cut, above);
+    let pixels = [above.pixels(), below.pixels()];
+    assert_eq!(
+        pixels,
+        [cut, size.height() - cut].map(|rows| u64::from(size.width() * rows))
+    );
     assert!(first == parts, "{size:?}, cut at row {cut}, {what}");
 }
 
 fn assert_refused_alike(scene: &Scene, size: ImageSize, tile: u32, what: &str) {
     let proven = draw(scene, size, tile, Bounds::Proven);
     let refused = draw(scene, size, tile, Bounds::Refused);
+    let renderer = tuned(scene, size, tile, Bounds::Refused);
+    let counts = renderer.draw(0..size.height(), &mut vec![0; size.pixel_bytes()]);
+    let rounded = counts.pixels_in_doubles + counts.pixels_in_double_doubles;
+    assert_eq!(rounded, 0, "{what}");
     assert!(proven == refused, "{size:?}, tile {tile}, refused, {what}");
 }
 
@@ -709,4 +718,240 @@ fn memory_of_another_picture_leaves_nothing_behind() {
         assert!(scene.render(size) == pixels, "{few} and {many} spheres");
         workspace = again.into_workspace();
     }
+}
+
+/// A sphere that shows in rows 10 to 12 of 48, and nearly in the rows beside them.
+#[test]
+fn what_is_beside_the_rows_is_left_out() {
+    let size = size(48, 48);
+    let viewport = Viewport {
+        width: 47.0,
+        height: 47.0,
+        distance: 1000.0,
+    };
+    let sphere = Sphere {
+        centre: [0.0, 12.5, 1000.0],
+        radius: 1.49,
+        colour: [0; 3],
+    };
+    let kept = |rows: Range<u32>| may_show(viewport, size, rows)(&sphere);
+    assert!(!kept(0..10) && kept(0..11) && kept(10..11));
+    assert!(!kept(13..48) && kept(12..48) && kept(12..13));
+}
+
+#[test]
+fn backgrounds_of_any_colour() {
+    for background in [[7, 7, 7], [7, 7, 200], [200, 7, 7], [7, 200, 7], [1, 2, 3]] {
+        for count in [0, 1, 2 * CROWD] {
+            let mut scene = mixture(&[(Kind::Small, count)], 3);
+            scene.background = background;
+            assert_drawn(&scene, size(65, 9), &format!("{background:?}"));
+        }
+    }
+}
+
+/// A picture, of which some rows are drawn, and the work that takes.
+struct Work {
+    kinds: &'static [(Kind, usize)],
+    side: u32,
+    rows: Range<u32>,
+    /// Intersections, pixels in runs, in packets, and one by one.
+    work: [u64; 4],
+}
+
+/// What no picture shows: how much work it is. A change that costs work fails here; one that saves
+/// some, too, and then the numbers are to be replaced by those of the message.
+#[test]
+fn pictures_are_as_much_work_as_they_were() {
+    use Kind::*;
+    let work = |kinds, side, rows, work| Work {
+        kinds,
+        side,
+        rows,
+        work,
+    };
+    let pictures = [
+        work(
+            &[(Crowd, 300), (Dust, 30)],
+            256,
+            0..256,
+            [5140, 53248, 12287, 1],
+        ),
+        work(
+            &[(Stack, 65), (Dust, 100)],
+            200,
+            0..200,
+            [5219, 31808, 8192, 0],
+        ),
+        work(
+            &[(Stack, 200), (Small, 50), (Crowd, 120)],
+            129,
+            5..60,
+            [8297, 55, 7039, 1],
+        ),
+        work(
+            &[(Large, 20), (Small, 200), (Dust, 200)],
+            256,
+            0..256,
+            [22271, 16384, 49140, 12],
+        ),
+        work(
+            &[(Corner, 40), (Copy, 80)],
+            200,
+            0..200,
+            [1749, 31808, 8192, 0],
+        ),
+        work(
+            &[(Small, 60), (Twin, 60), (Large, 3), (Copy, 60)],
+            129,
+            5..60,
+            [2877, 55, 6104, 936],
+        ),
+        work(
+            &[(Wall, 1), (Small, 200), (Dust, 200)],
+            256,
+            0..256,
+            [4141, 53247, 12285, 4],
+        ),
+        work(
+            &[(Wall, 3), (Crowd, 200), (Stack, 10)],
+            200,
+            0..200,
+            [823, 35904, 4096, 0],
+        ),
+        work(
+            &[(Room, 2), (Floor, 1), (Wall, 1), (Large, 10), (Crowd, 150)],
+            129,
+            5..60,
+            [1540, 55, 7038, 2],
+        ),
+        work(
+            &[(Beside, 20), (Small, 100), (Dust, 20)],
+            256,
+            0..256,
+            [19904, 0, 65527, 9],
+        ),
+        work(&[(Room, 70), (Dust, 20)], 200, 0..200, [7688, 0, 39984, 16]),
+        work(
+            &[(Large, 30), (Behind, 32)],
+            129,
+            5..60,
+            [1210, 3575, 3518, 2],
+        ),
+        work(
+            &[(Crowd, CROWD), (Behind, FEW_SPHERES)],
+            256,
+            0..256,
+            [56, 65536, 0, 0],
+        ),
+        work(
+            &[(Crowd, CROWD + 1), (Behind, FEW_SPHERES)],
+            200,
+            0..200,
+            [380, 35904, 4096, 0],
+        ),
+        work(
+            &[(Stack, SMALL_CROWD), (Behind, FEW_SPHERES)],
+            129,
+            0..129,
+            [48, 16641, 0, 0],
+        ),
+        work(
+            &[(Stack, SMALL_CROWD + 1), (Behind, FEW_SPHERES)],
+            256,
+            0..256,
+            [2376, 49152, 16384, 0],
+        ),
+        work(&[(Small, 6)], 200, 0..200, [9, 40000, 0, 0]),
+        work(&[(Small, 3), (Wall, 1)], 129, 0..129, [10, 16641, 0, 0]),
+        work(&[(Dust, FEW_SPHERES)], 256, 0..256, [16, 65535, 0, 1]),
+    ];
+    let mut wrong = Vec::new();
+    for (seed, picture) in pictures.into_iter().enumerate() {
+        let Work {
+            kinds,
+            side,
+            rows,
+            work,
+        } = picture;
+        let scene = mixture(kinds, seed as u64);
+        let size = size(side, side);
+        let renderer = tuned(&scene, size, 64, Bounds::Proven);
+        let mut pixels = vec![0; rows.len() * size.row_bytes()];
+        let counts = renderer.draw(rows.clone(), &mut pixels);
+        let one_by_one =
+            counts.pixels_in_doubles + counts.pixels_in_double_doubles + counts.pixels_in_integers;
+        let found = [
+            counts.sphere_tests,
+            counts.pixels_in_runs,
+            counts.pixels_in_packets,
+            one_by_one,
+        ];
+        // What is in doubt depends on whether the machine has fused operations.
+        let near = |(&found, expected): (&u64, u64)| found.abs_diff(expected) <= 4 + expected / 64;
+        if !found.iter().zip(work).all(near) {
+            wrong.push(format!(
+                "{kinds:?}, {side}, {rows:?}: {found:?} instead of {work:?}"
+            ));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// A sphere on whose surface the camera is has inverse depths beyond floats in its polynomials, and
+/// is met in doubles, eight pixels at a time.
+#[test]
+fn spheres_that_floats_do_not_hold_are_met_in_packets() {
+    let around = [0.0, 0.0, 512.0, 512.0];
+    for count in [CROWD / 4, 4 * CROWD] {
+        let mut spheres = vec![around];
+        let mut random = Random::new(4);
+        spheres.extend((0..count).map(|_| one(Kind::Small, &[], &mut random)));
+        spheres.extend((0..FEW_SPHERES).map(|_| one(Kind::Behind, &[], &mut random)));
+        let scene = scene_of(&spheres);
+        let size = size(128, 128);
+        let mut pixels = vec![0; size.pixel_bytes()];
+        let counts = tuned(&scene, size, 64, Bounds::Proven).draw(0..128, &mut pixels);
+        let packets = counts.pixels_in_packets + counts.pixels_in_runs;
+        assert!(size.pixels() - packets < 50, "{count}: {counts:?}");
+    }
+}
+
+/// In another unit of length that is a power of two the picture is the same, and as much work.
+#[test]
+fn the_unit_of_length_does_not_matter() {
+    let mut random = Random::new(6);
+    let mut spheres: Vec<[f32; 4]> = Vec::new();
+    for _ in 0..6 {
+        // Mirror images have the same power.
+        let [x, y, z, r] = one(Kind::Large, &[], &mut random);
+        spheres.extend([[x, y, z, r], [-x, y, z, r], [x, -y, z, r]]);
+    }
+    spheres.extend((0..FEW_SPHERES).map(|_| one(Kind::Behind, &[], &mut random)));
+    let size = size(200, 150);
+    let drawn = [0, -100, 100].map(|exponent| {
+        let unit = (exponent as f32).exp2();
+        let scaled: Vec<_> = spheres
+            .iter()
+            .map(|sphere| sphere.map(|length| length * unit))
+            .collect();
+        let mut pixels = vec![0; size.pixel_bytes()];
+        let scene = scene_of(&scaled);
+        let counts = tuned(&scene, size, 64, Bounds::Proven).draw(0..size.height(), &mut pixels);
+        (pixels, counts)
+    });
+    let (pixels, counts) = &drawn[0];
+    for (others, other) in &drawn[1..] {
+        assert!(pixels == others);
+        let near = |a: u64, b: u64| a.abs_diff(b) <= 4 + b / 64;
+        assert!(
+            near(other.sphere_tests, counts.sphere_tests),
+            "{other:?} {counts:?}"
+        );
+        assert!(
+            near(other.pixels_in_packets, counts.pixels_in_packets),
+            "{other:?} {counts:?}"
+        );
+    }
+    assert!(counts.pixels_in_runs > size.pixels() / 2, "{counts:?}");
 }

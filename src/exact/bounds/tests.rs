@@ -489,3 +489,25 @@ fn units_are_those_of_the_formats() {
     assert_eq!(1.0_f64.next_up() - 1.0, 2.0 * U);
     assert_eq!(f64::from(1.0_f32.next_up() - 1.0), 2.0 * U32);
 }
+
+/// On whole numbers, of which nothing is rounded.
+#[test]
+fn every_number_has_the_operations_that_are_counted() {
+    fn results<N: Number>() -> [N; 4] {
+        let [two, three, five] = [2.0, 3.0, 5.0].map(N::constant);
+        [
+            two.times_plus(three, five),
+            two.times_minus(three, five),
+            two.times_from(three, five),
+            N::constant(49.0).root(),
+        ]
+    }
+    let expected = [11.0, 1.0, -1.0, 7.0];
+    assert_eq!(results::<f64>(), expected);
+    assert_eq!(results::<wide::f64x8>(), expected.map(wide::f64x8::splat));
+    assert_eq!(
+        results::<wide::f32x8>(),
+        expected.map(|value| wide::f32x8::splat(value as f32))
+    );
+    assert_eq!(results::<Traced>().map(Traced::value), expected);
+}

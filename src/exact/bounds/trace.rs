@@ -84,7 +84,7 @@ impl Traced {
         NODES.with_borrow(|nodes| nodes[self.0].operation)
     }
 
-    fn value(self) -> f64 {
+    pub(super) fn value(self) -> f64 {
         NODES.with_borrow(|nodes| nodes[self.0].value)
     }
 

@@ -42,9 +42,10 @@ fn in_floats(grid: &Grid, trial: &Trial) -> Option<Boxes> {
 
 type BoxesOf = fn(&Grid, &Trial) -> Option<Boxes>;
 
-/// How many sides, spheres beside the camera, and invisible ones were tried.
-fn leave_nothing_out(trials: u64, boxes_of: BoxesOf) -> (u64, u64, u64) {
-    let (mut sides, mut beside, mut invisible) = (0, 0, 0);
+/// How many sides, spheres beside the camera, and invisible ones were tried, and sides of boxes
+/// that are no more than a pixel too wide: those of ends that are nearer than `sharp_below`, in pixels.
+fn leave_nothing_out(trials: u64, boxes_of: BoxesOf, sharp_below: f64) -> [u64; 4] {
+    let [mut sides, mut beside, mut invisible, mut sharp] = [0; 4];
     each_trial(trials, |trial, random| {
         let mut grid = Grid::new(trial.camera);
         let Some(boxes) = boxes_of(&grid, trial) else {
@@ -75,6 +76,21 @@ fn leave_nothing_out(trials: u64, boxes_of: BoxesOf) -> (u64, u64, u64) {
             (1, bottom < last_row, f64::from(bottom) + 1.0),
         ];
         let reaches_camera = trial.sphere.centre[2] <= trial.sphere.radius;
+        if is_sharp(trial, &grid, sharp_below) {
+            let within = [
+                (0, right - left, [left + 1, right.max(1) - 1]),
+                (1, bottom - top, [top + 1, bottom.max(1) - 1]),
+            ];
+            for (axis, _, ends) in within.into_iter().filter(|&(_, length, _)| length > 1) {
+                if let Some(at) = ends
+                    .into_iter()
+                    .find(|&at| !meets_plane(trial, axis, at.into()))
+                {
+                    return Err(format!("axis {axis}: {at} is within the box and not hit"));
+                }
+                sharp += 2;
+            }
+        }
         for (axis, within, at) in beyond {
             if within && meets_plane(trial, axis, at) {
                 return Err(format!("axis {axis}: {at} is hit"));
@@ -97,22 +113,40 @@ fn leave_nothing_out(trials: u64, boxes_of: BoxesOf) -> (u64, u64, u64) {
         }
         Ok(())
     });
-    (sides, beside, invisible)
+    [sides, beside, invisible, sharp]
+}
+
+/// Whether the slack is less than half a pixel, so that the box is no more than a pixel too wide: it is
+/// relative to the greater end. A camera on the circle of a projection has all columns, or all rows.
+fn is_sharp(trial: &Trial, grid: &Grid, below: f64) -> bool {
+    let [x, y, z, r] = trial.lengths().map(f64::from);
+    let on_circle = |centre: f64| (centre * centre + z * z - r * r).abs() <= 1e-9 * r * r;
+    if z <= r {
+        return !on_circle(x) && !on_circle(y);
+    }
+    let q = (z - r) * (z + r);
+    let end = |centre: f64, scale: f64, side: u32| {
+        (centre.abs() * z + r * (centre * centre + q).sqrt()) / q * scale + f64::from(side)
+    };
+    let size = trial.camera.size();
+    let across = end(x, grid.x_axis.scale, size.width());
+    across.max(end(y, grid.y_axis.scale, size.height())) < below
 }
 
 #[test]
 fn boxes_leave_nothing_out() {
-    let (sides, beside, invisible) = leave_nothing_out(80_000, in_doubles);
+    let [sides, beside, invisible, sharp] = leave_nothing_out(80_000, in_doubles, 1e12);
     assert!(sides > 40_000, "only {sides} sides of boxes");
     assert!(
         beside > 1_000,
         "only {beside} of spheres at the camera's plane"
     );
     assert!(invisible > 5_000, "only {invisible} invisible");
-    let (sides, _, invisible) = leave_nothing_out(80_000, in_floats);
+    assert!(sharp > 20_000, "only {sharp} sides are known to be sharp");
+    let [sides, _, invisible, sharp] = leave_nothing_out(80_000, in_floats, 4e5);
     assert!(
-        sides > 5_000 && invisible > 500,
-        "only {sides} sides and {invisible} invisible in floats"
+        sides > 5_000 && invisible > 500 && sharp > 2_000,
+        "only {sides} sides, {invisible} invisible, {sharp} sharp in floats"
     );
 }
 

@@ -1,11 +1,16 @@
 //! The visible spheres of tiles of few spheres, against the decision of each pixel.
 
-use super::{Bounds, Coverage, Record};
-use crate::exact::{
-    bins::Candidate,
-    decide::decide,
-    grid::Grid,
-    trials::{Random, Trial, each_trial, partner, scale, sphere},
+use super::{Bounds, Coverage, LANES, Record, SIDE, Tile};
+use crate::{
+    camera::{Camera, ImageSize},
+    exact::{
+        bins::{Candidate, EightRecords},
+        decide::decide,
+        grid::Grid,
+        trials::{Random, Trial, each_trial, partner, scale, sphere},
+    },
+    scene::Viewport,
+    spheres::Sphere,
 };
 
 /// Some spheres that are visible in the trial's tile, its own among them.
@@ -46,6 +51,7 @@ fn what_is_not_contested_is_what_is_seen() {
         let records = records(trial, &grid, random);
         let tile = trial.tile();
         coverage.find(&grid, &tile, &records, Bounds::Proven);
+        contested_pixels_are_those_of_their_spheres(&coverage)?;
         let mut pixels = vec![(trial.column - tile.column, trial.row - tile.row)];
         let (width, height) = (tile.width as u64, tile.last as u64);
         pixels.extend((0..12).map(|_| (random.below(width) as u32, random.below(height) as u32)));
@@ -86,4 +92,143 @@ fn what_is_not_contested_is_what_is_seen() {
         enough,
         "only {sure} sure, {contested} contested, {nothing} of nothing"
     );
+}
+
+/// A sphere is met in its contested pixels and in no others, and not at all if it has none.
+fn contested_pixels_are_those_of_their_spheres(coverage: &Coverage) -> Result<(), String> {
+    for covering in &coverage.spheres {
+        let of_sphere = coverage.contested_by(covering);
+        let mut any = false;
+        for (row, &found) in of_sphere.iter().enumerate() {
+            let contested = coverage.contested[row / LANES][row % LANES];
+            let covers = covering.octets().contains(&(row / LANES));
+            let outer = if covers {
+                coverage.outer(covering, row)
+            } else {
+                0
+            };
+            any |= contested & outer != 0;
+            if found != contested & outer {
+                return Err(format!("contested {found:x} in row {row} of {covering:?}"));
+            }
+        }
+        if any != coverage.is_contested(covering) {
+            return Err(format!("contested: {any} of {covering:?}"));
+        }
+    }
+    Ok(())
+}
+
+/// Every packet of a box is within its rectangle, which is the smallest such rectangle around a
+/// pixel.
+#[test]
+fn rectangles_hold_the_packets_of_their_boxes_and_no_more() {
+    let tile = Tile {
+        column: 640,
+        row: 128,
+        width: SIDE,
+        first: 0,
+        last: SIDE,
+    };
+    for first in 0..SIDE as u8 {
+        for last in first..SIDE as u8 {
+            let record = Record {
+                left: first,
+                right: last,
+                top: first,
+                bottom: last,
+                ..Record::default()
+            };
+            let rectangles = tile.rectangles(&EightRecords::of(&[record]));
+            let of = |lanes: super::f64x8| lanes.to_array()[7];
+            let (columns, across) = (of(rectangles.columns), of(rectangles.across));
+            let (rows, down) = (of(rectangles.rows), of(rectangles.down));
+            let [first, last] = [first, last].map(f64::from);
+            let ends = [640.0 + first - columns, 640.0 + last + 7.0 - columns];
+            assert!(ends[0] == -across && ends[1] <= across, "{first} to {last}");
+            assert!(ends[1] >= across - 1.0, "{first} to {last}");
+            let ends = [128.0 + first - rows, 128.0 + last - rows];
+            assert!(ends[0] == -down && ends[1] <= down, "{first} to {last}");
+            assert!(ends[1] >= down - 2.0, "{first} to {last}");
+            assert!(down >= 1.0);
+        }
+    }
+}
+
+/// A tile, and what is left of some spheres in it.
+fn left(tile: &Tile, spheres: &[[f32; 4]]) -> (Vec<u32>, bool) {
+    let viewport = Viewport {
+        width: 0.02,
+        height: 0.02,
+        distance: 1.0,
+    };
+    let size = ImageSize::new(200, 200).expect("a size");
+    let camera = Camera::new(viewport, size);
+    let grid = Grid::new(camera);
+    let record = |(index, &[x, y, z, radius]): (u32, &[f32; 4])| {
+        let sphere = Sphere {
+            centre: [x, y, z],
+            radius,
+            colour: [0; 3],
+        };
+        let trial = Trial {
+            camera,
+            sphere,
+            column: tile.column,
+            row: tile.row,
+        };
+        let record = trial.record(&grid).expect("a box in the tile");
+        Record { index, ..record }
+    };
+    let records: Vec<Record> = (0..).zip(spheres).map(record).collect();
+    let mut coverage = Coverage::default();
+    coverage.find(&grid, tile, &records, Bounds::Proven);
+    let index = |&at: &usize| coverage.spheres[at].record.index;
+    let order = coverage.order.iter().map(index).collect();
+    (order, coverage.is_covered)
+}
+
+/// What a sphere that covers the tile hides is dropped.
+#[test]
+fn what_is_behind_a_wall_is_dropped() {
+    let whole = Tile {
+        column: 64,
+        row: 64,
+        width: SIDE,
+        first: 0,
+        last: SIDE,
+    };
+    let wall = [0.0, 0.0, 1060.0, 1000.0];
+    // Nearer outside of the picture only, so it stands before the wall in the order.
+    let aslant = [600.0, 0.0, 870.0, 1000.0];
+    let (behind, before) = ([0.0, 0.0, 2000.0, 5.0], [0.0, 0.0, 50.0, 0.1]);
+    // Of its inverse depths and those of the wall some are equal, but in no pixel.
+    let close = [0.0, 0.0, 1060.1, 1000.0];
+    for tile in [
+        whole,
+        Tile {
+            first: 10,
+            last: 20,
+            ..whole
+        },
+    ] {
+        assert_eq!(left(&tile, &[wall]), (vec![0], true));
+        assert_eq!(left(&tile, &[behind, wall]), (vec![1], true));
+        assert_eq!(left(&tile, &[close, wall]), (vec![1], true));
+        assert_eq!(left(&tile, &[wall, before, behind]), (vec![0, 1], false));
+        assert_eq!(left(&tile, &[aslant, wall]), (vec![1], true));
+        assert_eq!(left(&tile, &[aslant, wall, close, behind]), (vec![1], true));
+        assert_eq!(left(&tile, &[before, behind]), (vec![1, 0], false));
+    }
+    // A small sphere covers what is drawn of a tile.
+    let some = Tile {
+        column: 192,
+        width: 8,
+        first: 30,
+        last: 34,
+        ..whole
+    };
+    let (disc, behind) = ([0.48, 0.0, 50.0, 0.1], [19.2, 0.0, 2000.0, 5.0]);
+    assert_eq!(left(&some, &[disc, behind]), (vec![0], true));
+    assert!(!left(&Tile { last: 64, ..some }, &[disc, behind]).1);
 }

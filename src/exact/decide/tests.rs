@@ -4,6 +4,7 @@ use super::{Candidate, Rung, Seen, decide};
 use crate::{
     camera::{Camera, ImageSize},
     exact::trials::{Random, each_trial, sphere},
+    methods::NONE,
     scene::Viewport,
 };
 
@@ -213,5 +214,19 @@ fn a_ray_along_the_surface_that_the_camera_is_on_meets_nothing() {
         let mut candidates: Vec<Candidate> = vec![around, (2, [0.0, 0.0, 10.0, 1.0])];
         let (seen, _) = decide(&camera, pixel, &mut candidates, trusted);
         assert_eq!(seen, 2, "trusted: {trusted}");
+    }
+}
+
+#[test]
+fn what_no_ray_comes_near_is_settled_in_doubles() {
+    let (camera, pixel) = middle();
+    let beside = (3, [50.0, 0.0, 60.0, 1.0]);
+    for count in 0..20 {
+        let mut candidates: Vec<Candidate> = vec![beside; count];
+        let decided = decide(&camera, pixel, &mut candidates, true);
+        assert_eq!(decided, (NONE, Rung::Doubles), "{count}");
+        candidates.push((5, [0.0, 0.0, 60.0, 1.0]));
+        let decided = decide(&camera, pixel, &mut candidates, true);
+        assert_eq!(decided, (5, Rung::Doubles), "{count}");
     }
 }

@@ -184,7 +184,7 @@ fn a_lane_with_a_nan_says_nothing() {
 
 #[test]
 fn ranges_hold_every_hit() {
-    let (mut covered, mut missed, mut tighter) = (0, 0, 0);
+    let (mut covered, mut missed, mut tighter, mut inside) = (0, 0, 0, 0);
     each_trial(60_000, |trial, random| {
         let mut grid = Grid::new(trial.camera);
         let boxes = Boxes::new(&grid, &trial.eight());
@@ -209,6 +209,7 @@ fn ranges_hold_every_hit() {
         covered += u64::from(all);
         missed += u64::from(greatest < 0.0);
         tighter += u64::from(least > lower[0] && greatest < upper[0]);
+        inside += u64::from(least > 0.0 && trial.truth().c < Dyadic::ZERO);
         let middle = [around.columns, around.rows].map(|lanes| lanes.to_array()[0]);
         let size = trial.camera.size();
         for [p, q] in places(trial, &around, random) {
@@ -234,6 +235,7 @@ fn ranges_hold_every_hit() {
     assert!(covered > 3_000, "only {covered} covered");
     assert!(missed > 1_000, "only {missed} missed");
     assert!(tighter > 3_000, "only {tighter} tighter");
+    assert!(inside > 1, "only {inside} from inside");
 }
 
 /// Floats are used up to the greatest permitted value: `D/c^2` is `0.73 2^100` in the first

@@ -1,14 +1,21 @@
 //! Which of two spheres is nearer, against the decision of each pixel.
 
-use super::{Bounds, Grid, Nearer, NearerColumns, Region, compare};
+use super::{
+    Bounds, CANCELLATION_LIMIT, Grid, LANES, Nearer, NearerColumns, PLANE_SIDE_BOUND,
+    PLANE_TERMS_BOUND, POWERS_CANCELLATION_LIMIT, Region, SIDE, SIDE_BOUND, UNDERFLOW_BOUND,
+    compare, power_between,
+};
 use crate::{
+    camera::{Camera, ImageSize},
     exact::{
         bins::{EightRecords, Record},
         decide::decide,
         depths::{Depths, SphereDepths},
-        trials::{Random, Trial, each_trial, on_the_surface, partner, scale},
+        trials::{Dyadic, Random, Trial, dyadic, each_trial, on_the_surface, partner, scale},
     },
     methods::NONE,
+    scene::Viewport,
+    spheres::Sphere,
 };
 
 /// Both spheres in the trial's tile, if both may be visible there.
@@ -115,4 +122,214 @@ fn the_nearer_sphere_is_the_one_that_is_seen() {
         of_powers.iter().all(|&count| count > 500),
         "only {of_powers:?}"
     );
+}
+
+/// The exact `c' - c` of the second sphere and the first.
+fn exact_difference(first: &Record, second: &Record) -> Dyadic {
+    let power = |record: &Record| {
+        let [x, y, z, r] = record.sphere.map(|length| dyadic(f64::from(length)));
+        &x * &x + &y * &y + &z * &z - &r * &r
+    };
+    power(second) - power(first)
+}
+
+/// The sign of a difference beyond its limit is right, and its error is at most `2^-27` of it; one
+/// within its limit is below twice the limit. The limit is the lower one of two.
+#[test]
+fn differences_of_powers_are_known_beyond_their_limits() {
+    let (mut beyond, mut within) = ([0, 0], 0);
+    each_trial(40_000, |trial, random| {
+        let grid = Grid::new(trial.camera);
+        let Some([first, second]) = pair(trial, &grid, random) else {
+            return Ok(());
+        };
+        let [of_first, of_second] = [first, second].map(|record| depths(trial, &grid, &record));
+        let (difference, limit) = power_between(&of_first, &of_second);
+        let terms = (0..4).map(|at| {
+            let [a, b] = [first.sphere[at], second.sphere[at]].map(f64::from);
+            ((b - a) * (b + a)).abs()
+        });
+        let of_terms = CANCELLATION_LIMIT * terms.sum::<f64>();
+        let powers = of_first.power.abs() + of_second.power.abs();
+        let of_powers = POWERS_CANCELLATION_LIMIT * powers;
+        let least = of_terms.min(of_powers);
+        if (limit - least).abs() > 1e-9 * least {
+            return Err(format!("a limit of {limit:e}, not of {least:e}"));
+        }
+        let exact = exact_difference(&first, &second);
+        let error = dyadic(difference) - &exact;
+        let most = if difference.abs() > limit {
+            beyond[usize::from(of_powers < of_terms)] += 1;
+            dyadic(difference * (-27.0_f64).exp2())
+        } else {
+            within += u64::from(limit > 0.0);
+            dyadic(2.0 * limit)
+        };
+        let compared = if difference.abs() > limit {
+            error
+        } else {
+            exact
+        };
+        if &compared * &compared <= &most * &most {
+            Ok(())
+        } else {
+            Err(format!(
+                "{difference:e} with a limit of {limit:e}: {first:?}, {second:?}"
+            ))
+        }
+    });
+    let enough = beyond.iter().all(|&count| count > 500) && within > 500;
+    assert!(enough, "only {beyond:?} beyond, {within} within");
+}
+
+/// The bounds of theorem 10, from the numbers of both spheres, in the order of the proof.
+#[test]
+fn bounds_of_sides_have_all_terms() {
+    let mut compared = [0, 0];
+    each_trial(30_000, |trial, random| {
+        let mut grid = Grid::new(trial.camera);
+        let Some([first, second]) = pair(trial, &grid, random) else {
+            return Ok(());
+        };
+        grid.scale = scale(first.upper, random);
+        let Some(region) = Region::of(&first, &second) else {
+            return Ok(());
+        };
+        let [of_first, of_second] = [first, second].map(|record| depths(trial, &grid, &record));
+        let nearer = compare(&grid, Bounds::Proven, region, &of_first, &of_second);
+        let Nearer::Varies(seam) = nearer else {
+            return Ok(());
+        };
+        // Of two spheres before the camera the one of less power is tested.
+        let (difference, limit) = power_between(&of_first, &of_second);
+        if !(of_first.power > 0.0 && of_second.power > 0.0) {
+            return Ok(());
+        }
+        let (tested, other) = if difference > 0.0 {
+            (&of_first, &of_second)
+        } else {
+            (&of_second, &of_first)
+        };
+        let flat = difference.abs() <= limit;
+        let unit = grid.scale * grid.scale;
+        let power = if flat { unit } else { difference.abs() };
+        let greatest = |sphere: &SphereDepths| sphere.b_terms + sphere.d_upper.sqrt();
+        let more = if flat {
+            2.0 * limit * greatest(tested).max(greatest(other)) / unit
+        } else {
+            0.0
+        };
+        let (b_terms, d_bound) = if flat {
+            (0.0, 0.0)
+        } else {
+            (tested.b_terms, tested.d_bound)
+        };
+        let apart = |axis: usize| (other.sphere[axis] - tested.sphere[axis]).abs();
+        let x_upper = tested.x0.abs() + tested.across * grid.x_axis.step;
+        let y_upper = tested.y0.abs() + tested.down * grid.y_axis.step;
+        let terms = 2.0 * grid.scale / power * (apart(0) * x_upper + apart(1) * y_upper + apart(2))
+            + b_terms;
+        let [l0, l1, l2] = seam.l.map(|of| f64::from(of.abs()));
+        let upper = l0 + tested.across * l1 + tested.down * l2;
+        let l_bound = PLANE_SIDE_BOUND * upper + PLANE_TERMS_BOUND * terms + UNDERFLOW_BOUND + more;
+        let upper = upper + l_bound;
+        let bound = d_bound + (2.0 * l_bound + SIDE_BOUND * upper) * upper + UNDERFLOW_BOUND;
+        if !(1e-30..1e30).contains(&bound) {
+            return Ok(());
+        }
+        // What is looked at is what is compared: `l` is `2 (C' - C).V/g` in the plane.
+        if flat {
+            let across = 2.0 * apart(0) * grid.x_axis.step / grid.scale;
+            if across > 1e-30 && (l1 - across).abs() > 1e-6 * across {
+                return Err(format!("{l1:e} instead of {across:e} across"));
+            }
+        }
+        compared[usize::from(flat)] += 1;
+        let ratio = f64::from(seam.bound) / bound;
+        if (1.0 - 1e-6..1.0 + 1e-5).contains(&ratio) {
+            Ok(())
+        } else {
+            Err(format!(
+                "{:e} instead of {bound:e}: {first:?}, {second:?}",
+                seam.bound
+            ))
+        }
+    });
+    assert!(
+        compared.iter().all(|&count| count > 300),
+        "only {compared:?}"
+    );
+}
+
+/// Two spheres of which one is nearer in the left half of a tile, the other in the right half.
+fn halves() -> (Grid, [SphereDepths; 2]) {
+    let viewport = Viewport {
+        width: 1.0,
+        height: 1.0,
+        distance: 1.0,
+    };
+    let size = ImageSize::new(SIDE as u32, SIDE as u32).expect("a size");
+    let camera = Camera::new(viewport, size);
+    let grid = Grid::new(camera);
+    let depths = [-0.5, 0.5].map(|x| {
+        let sphere = Sphere {
+            centre: [x, 0.0, 10.0],
+            radius: 8.0,
+            colour: [0; 3],
+        };
+        let trial = Trial {
+            camera,
+            sphere,
+            column: 0,
+            row: 0,
+        };
+        depths(&trial, &grid, &trial.record(&grid).expect("a box"))
+    });
+    (grid, depths)
+}
+
+/// In every pixel of any region but those where the two change places.
+#[test]
+fn which_of_two_is_nearer_is_known_beside_the_plane() {
+    let (grid, [left_one, right_one]) = halves();
+    let (before, after) = (SIDE / 2 - 1, SIDE / 2);
+    let full = |from: usize, to: usize| u64::MAX >> (SIDE - 1 - to) & u64::MAX << from;
+    for first in 0..SIDE {
+        for last in first..SIDE {
+            let (top, bottom) = (SIDE - 1 - last, SIDE - 1 - first);
+            let region = Region {
+                left: first,
+                right: last,
+                top,
+                bottom,
+            };
+            match compare(&grid, Bounds::Proven, region, &left_one, &right_one) {
+                Nearer::First => assert!(last <= before, "{region:?}"),
+                Nearer::Second => assert!(first >= after, "{region:?}"),
+                Nearer::Unknown => panic!("{region:?} is unknown"),
+                Nearer::Varies(seam) => {
+                    assert!(first <= before && last >= after, "{region:?}");
+                    let mut nearer = NearerColumns::default();
+                    nearer.first.fill(u64::MAX);
+                    nearer.second.fill(u64::MAX);
+                    seam.columns(&mut nearer);
+                    let octets = top / LANES * LANES..(bottom / LANES + 1) * LANES;
+                    for row in octets {
+                        let said = [nearer.first[row], nearer.second[row]];
+                        if !(top..=bottom).contains(&row) {
+                            assert_eq!(said, [0, 0], "row {row} of {region:?}");
+                            continue;
+                        }
+                        let asked = full(first, last);
+                        let expected = [asked & full(0, before), asked & full(after, SIDE - 1)];
+                        assert_eq!(
+                            said.map(|of| of & asked),
+                            expected,
+                            "row {row} of {region:?}"
+                        );
+                    }
+                }
+            }
+        }
+    }
 }
