@@ -152,6 +152,12 @@ impl SharedImage {
     }
 }
 
+/// How long a process waits at most for another one to make a picture.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// How long it waits before it reports that.
+const SILENCE: Duration = Duration::from_secs(1);
+
 /// Whether no picture need be made. Errors are reported when it is opened.
 fn is_there(path: &Path) -> bool {
     path.try_exists().unwrap_or(true)
@@ -161,9 +167,6 @@ fn is_there(path: &Path) -> bool {
 /// together don't each reserve a whole picture. The lock only saves room: without it, or
 /// after waiting too long, the result is the same.
 fn lock_folder(path: &Path, watch: Watch) -> Option<File> {
-    const PATIENCE: Duration = Duration::from_secs(10);
-    /// How long it waits before it reports that.
-    const SILENCE: Duration = Duration::from_secs(1);
     let folder = folder_of(path);
     let lock = File::open(folder).ok()?;
     let start = Instant::now();
@@ -185,7 +188,47 @@ fn lock_folder(path: &Path, watch: Watch) -> Option<File> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicU32, Ordering};
+
     use super::*;
+
+    #[test]
+    fn waiting_is_reported_once_after_a_second() -> Result<(), Box<dyn std::error::Error>> {
+        static REPORTS: AtomicU32 = AtomicU32::new(0);
+        fn watch(event: Event<'_>) {
+            if matches!(event, Event::Waiting(_)) {
+                REPORTS.fetch_add(1, Ordering::Relaxed);
+            }
+        }
+        let folder = tempfile::tempdir()?;
+        let path = folder.path().join("absent.ppm");
+        let lock = File::open(folder.path())?;
+        lock.lock()?;
+        let start = Instant::now();
+        let waiting = thread::spawn(move || lock_folder(&path, watch).is_some());
+        while REPORTS.load(Ordering::Relaxed) == 0 && !waiting.is_finished() {
+            thread::sleep(Duration::from_millis(2));
+        }
+        assert!(start.elapsed() >= SILENCE);
+        thread::sleep(Duration::from_millis(50));
+        drop(lock);
+        assert!(waiting.join().is_ok_and(|locked| locked));
+        assert_eq!(REPORTS.load(Ordering::Relaxed), 1);
+        Ok(())
+    }
+
+    #[test]
+    fn nobody_waits_for_a_picture_that_is_there() -> Result<(), Box<dyn std::error::Error>> {
+        let folder = tempfile::tempdir()?;
+        let path = folder.path().join("there.ppm");
+        File::create(&path)?;
+        let lock = File::open(folder.path())?;
+        lock.lock()?;
+        let start = Instant::now();
+        assert!(lock_folder(&path, |_| ()).is_none());
+        assert!(start.elapsed() < PATIENCE);
+        Ok(())
+    }
 
     /// As on a network file system, where rows are written instead of mapped.
     #[test]

@@ -229,3 +229,6 @@ fn any_sphere(text: &str, at: usize) -> Option<(Sphere, usize, Gap)> {
     }
     Some((values.sphere(), start, gap))
 }
+
+#[cfg(test)]
+mod tests;

@@ -39,11 +39,6 @@ impl Comment {
         }
     }
 
-    /// Takes nothing more.
-    pub(super) fn complete(&mut self) {
-        self.is_complete = true;
-    }
-
     /// What to write instead, if this was not meant as a comment.
     pub(super) fn help(&self) -> Option<String> {
         let begin = [b"#", &self.begin[..]].concat();
@@ -74,5 +69,23 @@ fn web_colour(digits: &[u8]) -> Option<[u8; 3]> {
         ]),
         6 | 8 => Some([channel(0, 2)?, channel(2, 4)?, channel(4, 6)?]),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_beginning_of_a_comment_is_kept() {
+        let comment_of = |text: &[u8]| {
+            let mut comment = Comment::after(b"1.5", true);
+            text.iter().for_each(|&byte| comment.take(byte));
+            comment.begin
+        };
+        assert_eq!(comment_of(b"f00 f00\nfff\n"), b"f00");
+        assert_eq!(comment_of(b"\nf00\n"), b"");
+        let long = [b'f'; 1000];
+        assert_eq!(comment_of(&long), long[..LONGEST_QUOTE / 2]);
     }
 }

@@ -162,3 +162,23 @@ impl fmt::Display for Refusal {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_can_not_be_read_comes_with_what_can_be_done() {
+        for (kind, words) in [
+            (io::ErrorKind::NotFound, "check the spelling"),
+            (io::ErrorKind::IsADirectory, "name a scene file in it"),
+            (io::ErrorKind::PermissionDenied, "chmod +r"),
+        ] {
+            let error = SceneError::unreadable(kind.into()).to_string();
+            let (_, help) = error.split_once("\nhelp: ").expect("advice");
+            assert!(help.contains(words), "{help}");
+        }
+        let other = SceneError::unreadable(io::ErrorKind::BrokenPipe.into());
+        assert!(!other.to_string().contains("help"), "{other}");
+    }
+}

@@ -168,9 +168,7 @@ impl Parser {
 
     fn begin_comment(&mut self, before: &[u8]) {
         self.after_return = false;
-        if let Some(comment) = &mut self.comment {
-            comment.complete();
-        } else if !matches!(self.expected(), Item::Keyword(_)) {
+        if self.comment.is_none() && !matches!(self.expected(), Item::Keyword(_)) {
             let is_colour = matches!(self.expected(), Item::Colour(_));
             self.comment = Some(Comment::after(before, is_colour));
         }

@@ -36,7 +36,7 @@ where
     let mut next = Window::default();
     let mut size_of_next = 0;
     while !window.is_last {
-        let in_parallel = window.len() >= sizes.parallel;
+        let in_parallel = window.text().len() >= sizes.parallel;
         if size_of_next == 0 {
             size_of_next = sizes.window;
         } else if size_of_next == sizes.window && in_parallel {

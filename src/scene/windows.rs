@@ -69,11 +69,7 @@ impl Window {
         Ok(window)
     }
 
-    /// The bytes of the piece.
-    pub(super) fn len(&self) -> usize {
-        self.end - self.begin
-    }
-
+    /// The piece.
     pub(super) fn text(&self) -> &[u8] {
         &self.bytes[self.begin..self.end]
     }
@@ -125,7 +121,7 @@ impl Window {
     /// read is ignored: the message then shows less.
     pub(super) fn complete_line(&mut self, before: &Self, source: &mut impl Read) {
         while !self.is_last && self.text_after(before).len() <= Excerpt::REACH {
-            if self.fill(source, Excerpt::REACH + 1).is_err() {
+            if self.fill(source, Excerpt::REACH).is_err() {
                 break;
             }
         }
@@ -209,6 +205,9 @@ mod tests {
             ("S 1\nS 2\n3 4", "S 1\n"),
             ("S 1 2 S 3 4 S", "S 1 2 "),
             ("S 1\nx S 2", "S 1\nx "),
+            ("S 1\nS 2 # S 3", "S 1\n"),
+            ("S 1\n\t S 2 # S 3\n", "S 1\n\t "),
+            ("S 1\n\nS 2", "S 1\n\n"),
             ("S 1\nxS 2", "S 1\nxS "),
             ("VP 1.2", "VP "),
             ("VP ", "VP "),
@@ -238,6 +237,25 @@ mod tests {
             read.extend_from_slice(window.text());
         }
         assert_eq!(read, text.trim_start_matches('\u{feff}').as_bytes());
+    }
+
+    /// However long the text is, a window holds what was asked for, and before it what the
+    /// window before did not end with and what messages may need.
+    #[test]
+    fn windows_stay_small() {
+        const ASKED: usize = 100;
+        let sphere = "S 0 0 5 1 9 9 9\n";
+        let text = sphere.repeat(1000);
+        let source = &mut text.as_bytes();
+        let mut window = Window::first(source, ASKED).expect("text");
+        let mut next = Window::default();
+        while !window.is_last {
+            next.follow(&window);
+            next.fill(source, ASKED).expect("text");
+            std::mem::swap(&mut window, &mut next);
+            let most = Excerpt::REACH + 1 + sphere.len() + ASKED;
+            assert!(window.bytes.len() <= most, "{}", window.bytes.len());
+        }
     }
 
     #[test]

@@ -308,6 +308,8 @@ fn a_slash_behind_a_file_is_reported() {
     for options in ["", "--rows 0..4"] {
         shop.run(&format!("balls.txt image.ppm/ 64 48 {options}"))
             .fails(&["image.ppm/", "leave the slash out"]);
+        shop.run(&format!("balls.txt image.ppm/x/ 64 48 {options}"))
+            .fails(&["image.ppm/x/", "is not a directory"]);
     }
     assert_unharmed(&shop);
 }
@@ -332,6 +334,16 @@ fn another_users_file_in_a_shared_directory_is_reported_before_anything_is_drawn
     }
     ran.fails(&["image.ppm", "another user's", "name another file"]);
     assert_unharmed(&shop);
+    // One's own file, and any file in one's own directory.
+    for (file, folder) in [(3002, 0), (3001, 3002)] {
+        std::os::unix::fs::chown(shop.path("image.ppm"), Some(file), Some(file)).expect("chown");
+        std::os::unix::fs::chown(shop.folder(), Some(folder), None).expect("chown");
+        shop.run_shell(
+            "exec setpriv --reuid=3002 --regid=3002 --clear-groups $SFERA balls.txt image.ppm 64 48",
+        )
+        .succeeds();
+        shop.write("image.ppm", OLD);
+    }
 }
 
 #[test]

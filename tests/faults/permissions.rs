@@ -195,3 +195,21 @@ fn rows_can_be_drawn_in_what_rows_made_whatever_the_umask() {
     assert_eq!(mode(&shop, "image.ppm"), 0o644);
     assert_eq!(shop.read("image.ppm"), shop.balls(64, 48));
 }
+
+/// As on a file system that has no permissions of its own.
+#[test]
+fn permissions_that_are_right_already_are_not_set() {
+    let shop = Workshop::new();
+    shop.write("image.ppm", OLD);
+    set(&shop.path("image.ppm"), 0o600);
+    let ran = shop.run_shell(
+        "exec strace -f -o /dev/null -e inject=fchmod:error=EPERM $SFERA balls.txt image.ppm 64 48",
+    );
+    if ran.stderr.contains("strace") {
+        eprintln!("skipped: no strace here: {}", ran.stderr);
+        return;
+    }
+    ran.succeeds();
+    assert_eq!(mode(&shop, "image.ppm"), 0o600);
+    assert_eq!(shop.read("image.ppm"), shop.balls(64, 48));
+}

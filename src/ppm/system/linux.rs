@@ -113,3 +113,17 @@ const XFS: u32 = 0x5846_5342;
 fn file_system(file: &File) -> u32 {
     rustix::fs::fstatfs(file).map_or(0, |system| system.f_type as u32)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Only then rows are mapped.
+    #[test]
+    fn memory_keeps_the_blocks_that_were_reserved() {
+        match tempfile::tempfile_in("/dev/shm") {
+            Ok(file) => assert_eq!(allocate(&file, 5000), Ok(true)),
+            Err(error) => eprintln!("skipped: no /dev/shm here: {error}"),
+        }
+    }
+}

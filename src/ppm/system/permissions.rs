@@ -73,14 +73,8 @@ impl Permissions {
         // gave to the new file was not the old file's.
         set_mode(file, 0o600)?;
         extended::remove(file, LIST)?;
-        let mut rights = self.rights.clone();
         let (user, group) = self.pass_on_owner(file)?;
-        if user != self.user {
-            rights.narrow_for_former_owner(self.user);
-        }
-        if group != self.group {
-            rights.narrow_for_former_group();
-        }
+        let mut rights = self.rights_of(user, group);
         for (name, value) in &self.attributes {
             let kept = extended::set(file, name, value);
             // Another access control list, of a kind that is not understood here.
@@ -95,6 +89,18 @@ impl Permissions {
             }
         }
         set_mode(file, rights.mode())
+    }
+
+    /// The rights of a file that has this owner and this group.
+    fn rights_of(&self, user: u32, group: u32) -> Rights {
+        let mut rights = self.rights.clone();
+        if user != self.user {
+            rights.narrow_for_former_owner(self.user);
+        }
+        if group != self.group {
+            rights.narrow_for_former_group();
+        }
+        rights
     }
 
     /// Gives the file the owner and the group, or only the group, if that is allowed.
@@ -250,12 +256,15 @@ impl Rights {
         self.other &= had;
     }
 
-    /// The list could not be kept: those it names are now in the group or others.
+    /// The list could not be kept: users that it names are now in the group or others, and
+    /// members of groups that it names are others if they are not in the group.
     fn narrow_to_mode(&mut self) {
-        let named =
-            Self::all_named(&self.users, self.mask) & Self::all_named(&self.groups, self.mask);
-        self.group &= self.mask & named;
-        self.other &= named;
+        let users = Self::all_named(&self.users, self.mask);
+        self.group &= self.mask & users;
+        self.other &= users & Self::all_named(&self.groups, self.mask);
         self.is_list = false;
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -37,7 +37,12 @@ pub(in crate::ppm) fn make_writable(file: &File) -> io::Result<()> {
 pub(in crate::ppm) fn lacks_inodes(folder: &Path, error: &io::Error) -> bool {
     Errno::from_io_error(error) == Some(Errno::NOSPC)
         && rustix::fs::statvfs(folder)
-            .is_ok_and(|system| system.f_files > 0 && system.f_favail == 0)
+            .is_ok_and(|system| are_used_up(system.f_files, system.f_favail))
+}
+
+/// Whether no inode is left of so many. A file system that does not count them has 0.
+fn are_used_up(inodes: u64, left: u64) -> bool {
+    inodes > 0 && left == 0
 }
 
 /// What identifies a file: its device and inode.
@@ -55,8 +60,9 @@ pub(in crate::ppm) fn is_same(one: &fs::Metadata, other: &fs::Metadata) -> bool 
 /// Whether only its owner, the owner of the directory and root may replace a file, and
 /// this process runs as none of them.
 pub(in crate::ppm) fn only_owner_replaces(folder: &fs::Metadata, file: &fs::Metadata) -> bool {
-    let user = rustix::process::geteuid().as_raw();
-    folder.mode() & 0o1000 != 0 && user != 0 && user != file.uid() && user != folder.uid()
+    let is_sticky = folder.mode() & 0o1000 != 0;
+    let may_replace = [0, file.uid(), folder.uid()];
+    is_sticky && !may_replace.contains(&rustix::process::geteuid().as_raw())
 }
 
 /// Fills `buffer` with the bytes of a file at `offset`.
@@ -126,6 +132,28 @@ fn retried<T>(mut call: impl FnMut() -> Result<T, Errno>) -> Result<T, Errno> {
         match call() {
             Err(Errno::INTR) => {}
             result => return result,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_is_counted_can_be_used_up() {
+        assert!(are_used_up(100, 0));
+        assert!(!are_used_up(100, 1));
+        assert!(!are_used_up(0, 0));
+    }
+
+    #[test]
+    fn a_lack_of_room_is_not_a_lack_of_support() {
+        for error in [Errno::OPNOTSUPP, Errno::NOSYS, Errno::INVAL] {
+            assert!(is_unsupported(error), "{error}");
+        }
+        for error in [Errno::NOSPC, Errno::DQUOT, Errno::FBIG, Errno::IO] {
+            assert!(!is_unsupported(error), "{error}");
         }
     }
 }

@@ -117,7 +117,9 @@ fn other_words_with_a_mistake_of_the_table() {
     ] {
         assert_eq!(advice_in_a_scene(word.as_bytes()), advice, "{word}");
     }
-    for word in ["x", "0*1", "f", "1,x", "[]", "1_x", "a/b", "e5", "(1"] {
+    for word in [
+        "x", "0*1", "f", "1,x", "[]", "1_x", "a/b", "1/b", "a/1", "e5", "(1",
+    ] {
         let known = for_number(word.as_bytes());
         let expected = match word {
             "(1" => Some("write numbers without brackets".to_owned()),

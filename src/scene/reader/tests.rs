@@ -8,7 +8,7 @@ use std::{
 use proptest::prelude::*;
 
 use super::{
-    super::{text::MAX_WORD, windows::Sizes},
+    super::{excerpt::Excerpt, text::MAX_WORD, windows::Sizes},
     read,
 };
 use crate::{spheres::Sphere, testing::families::cloud};
@@ -316,6 +316,98 @@ fn words_and_comments_longer_than_windows() {
                 },
                 usize::MAX,
             );
+        }
+    }
+}
+
+/// A source that notes how many bytes it is asked for.
+struct Asked<'a> {
+    text: &'a [u8],
+    sizes: Vec<usize>,
+}
+
+impl Read for Asked<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.sizes.push(buffer.len());
+        self.text.read(buffer)
+    }
+}
+
+/// The next window is filled while the threads parse one.
+#[test]
+fn windows_grow_with_the_threads_once_they_are_parsed_by_several() {
+    let text = cloud(400, 3).to_string();
+    let pool = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().expect("threads")
+    };
+    for (parallel, threads, factor) in [(600, 3, 3), (600, 1, 1), (usize::MAX, 3, 1)] {
+        let mut source = Asked {
+            text: text.as_bytes(),
+            sizes: Vec::new(),
+        };
+        let sizes = Sizes {
+            first: 500,
+            window: 1000,
+            parallel,
+            ..TINY
+        };
+        let scene = pool(threads)
+            .install(|| read(&mut source, None, sizes, |_| |_: &Sphere| true))
+            .expect("a scene");
+        assert_eq!(scene.spheres.len(), 400);
+        let (ends, windows) = source.sizes.split_at(3);
+        assert_eq!(ends, [500, 1000, factor * 1000], "{threads} threads");
+        // Less only at the end of the text.
+        let whole = (text.len() - ends.iter().sum::<usize>()) / (factor * 1000);
+        assert!(windows[..whole].iter().all(|&asked| asked == factor * 1000));
+    }
+}
+
+/// A piece that the chunks can't read is read again word by word, so the filter is shown its
+/// spheres twice.
+#[test]
+fn short_pieces_are_read_word_by_word_and_others_in_chunks() {
+    use std::sync::atomic::{AtomicU32, Ordering};
+    let piece = format!("{} s", " S 0 0 5 1 9 9 9".repeat(8));
+    let text = format!("VP 1 1 1 BG 0 0 0 OBJ_N 9{piece}");
+    for (fast, shown) in [(piece.len() + 1, 8), (piece.len(), 16)] {
+        let count = AtomicU32::new(0);
+        let filter = |_: &Sphere| {
+            count.fetch_add(1, Ordering::Relaxed);
+            true
+        };
+        let sizes = Sizes {
+            first: text.len() + 1,
+            fast,
+            ..PARSER_ALONE
+        };
+        assert!(read(&mut text.as_bytes(), None, sizes, |_| filter).is_err());
+        assert_eq!(count.into_inner(), shown);
+    }
+}
+
+/// An excerpt begins with three points if it does not begin with the line.
+#[test]
+fn a_long_line_before_the_end_of_the_text_is_cut() {
+    let header = "VP 1 1 1 BG 0 0 0 OBJ_N 9\n";
+    for length in 65..85 {
+        let line = format!("S{}1", " ".repeat(length - 2));
+        let text = format!("{header}{line}");
+        for window in [1, 7, 60, 80] {
+            let sizes = Sizes {
+                first: 27,
+                window,
+                ..TINY
+            };
+            let message = outcome(text.as_bytes(), sizes, usize::MAX).expect_err("half a sphere");
+            let is_cut = length > Excerpt::REACH;
+            assert_eq!(
+                message.contains("| ..."),
+                is_cut,
+                "{length} {window} {message}"
+            );
+            agree(text.as_bytes(), sizes, usize::MAX);
         }
     }
 }
