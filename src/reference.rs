@@ -134,12 +134,8 @@ impl Reference {
             form(&across, &down),
             form(&down, &down),
         ];
-        let unit = gradient
-            .iter()
-            .chain(&curvature)
-            .map(Abs::abs)
-            .max()
-            .filter(|unit| *unit > IBig::ZERO)?;
+        // As c > 0, not all of them are zero.
+        let unit = gradient.iter().chain(&curvature).map(Abs::abs).max()?;
         Some(Outline {
             value: quotient(&form(&ray, &ray), &unit),
             gradient: gradient.map(|value| quotient(&value, &unit)),

@@ -94,3 +94,37 @@ fn scale_of(spheres: &Spheres, grid: &Grid) -> f64 {
 pub(super) fn power_of_two_below(value: f32) -> f64 {
     f64::from(f32::from_bits(value.to_bits() & 0xff << 23))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Neither some unusual spheres nor invisible ones change the scale, wherever they are in the file.
+    #[test]
+    fn the_scale_is_that_of_ordinary_spheres() {
+        let size = ImageSize::new(64, 64).expect("a size");
+        let viewport = Viewport::new(1.0, 1.0, 1.0).expect("a viewport");
+        let grid = Grid::new(Camera::new(viewport, size));
+        let sphere = |z: f32| Sphere {
+            centre: [0.0, 0.0, z],
+            radius: 1.0,
+            colour: [0; 3],
+        };
+        let (ordinary, near, behind) = (sphere(101.0), sphere(1.0 + 1e-3), sphere(-9.0));
+        let scale = |count: usize, of: &dyn Fn(usize) -> Sphere| {
+            let spheres: Spheres = (0..count).map(of).collect();
+            scale_of(&spheres, &grid)
+        };
+        for count in [1, 8, 255, 300, 600, 5000] {
+            // A hundredth, times 128.
+            assert_eq!(scale(count, &|_| ordinary), 128.0, "{count}");
+        }
+        for every in 3..100 {
+            let some =
+                |other: Sphere| move |at: usize| [ordinary, other][usize::from(at % every == 0)];
+            assert_eq!(scale(300, &some(near)), 128.0, "every {every}");
+            assert_eq!(scale(300, &some(behind)), 128.0, "every {every}");
+        }
+        assert_eq!(scale_of(&Spheres::default(), &grid), 1.0);
+    }
+}

@@ -658,6 +658,7 @@ fn a_band_leaves_nothing_behind() {
         let scene = mixture(&[(Kind::Large, few), (Kind::Small, many)], 5);
         let camera = Camera::new(scene.viewport, size);
         let engine = Engine::new(&scene, camera, Tuning::default(), Workspace::default());
+        assert_eq!(engine.band_rows(), 64);
         let draw = |rows: Range<u32>| {
             let mut pixels = vec![0; rows.len() * size.row_bytes()];
             engine.draw_band(rows, &mut pixels);
@@ -903,17 +904,23 @@ fn pictures_are_as_much_work_as_they_were() {
 #[test]
 fn spheres_that_floats_do_not_hold_are_met_in_packets() {
     let around = [0.0, 0.0, 512.0, 512.0];
-    for count in [CROWD / 4, 4 * CROWD] {
+    let (small, stack) = (Kind::Small, Kind::Stack);
+    for (kind, count) in [(small, CROWD / 4), (small, 4 * CROWD), (stack, 4 * CROWD)] {
         let mut spheres = vec![around];
         let mut random = Random::new(4);
-        spheres.extend((0..count).map(|_| one(Kind::Small, &[], &mut random)));
+        for _ in 0..count {
+            spheres.push(one(kind, &spheres, &mut random));
+        }
         spheres.extend((0..FEW_SPHERES).map(|_| one(Kind::Behind, &[], &mut random)));
         let scene = scene_of(&spheres);
         let size = size(128, 128);
         let mut pixels = vec![0; size.pixel_bytes()];
         let counts = tuned(&scene, size, 64, Bounds::Proven).draw(0..128, &mut pixels);
         let packets = counts.pixels_in_packets + counts.pixels_in_runs;
-        assert!(size.pixels() - packets < 50, "{count}: {counts:?}");
+        assert!(
+            size.pixels() - packets < 50,
+            "{kind:?}, {count}: {counts:?}"
+        );
     }
 }
 

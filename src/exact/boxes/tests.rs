@@ -111,6 +111,11 @@ fn leave_nothing_out(trials: u64, boxes_of: BoxesOf, sharp_below: f64) -> [u64; 
         if truth.hit() && !truth.at_most(f64::from(upper), grid.scale) {
             return Err(format!("nearer than {upper:e}"));
         }
+        let nearest =
+            grid.scale / (f64::from(trial.sphere.centre[2]) - f64::from(trial.sphere.radius));
+        if (1e-30..1e30).contains(&nearest) && f64::from(upper) > nearest * (1.0 + 1e-6) {
+            return Err(format!("{upper:e}, but nowhere nearer than {nearest:e}"));
+        }
         Ok(())
     });
     [sides, beside, invisible, sharp]
