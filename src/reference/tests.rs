@@ -145,3 +145,25 @@ fn outlines_are_of_spheres_that_have_one() {
         .fold(0.0, |most, one| one.abs().max(most));
     assert_eq!(greatest, 1.0);
 }
+
+/// Of perfect squares, of which doubles know the roots exactly; and of their neighbours.
+#[test]
+fn sums_with_roots_have_the_signs_of_real_numbers() {
+    let integers = -6_i32..=6;
+    let radicands = [0, 1, 2, 3, 4, 8, 9, 15, 16, 17, 24, 25, 26, 36];
+    for p in integers {
+        for u in radicands {
+            let root = f64::from(u).sqrt();
+            let real = f64::from(p) + root;
+            let found = sign_with_root(&p.into(), &u.into());
+            assert_eq!(Some(found), real.partial_cmp(&0.0), "{p} + sqrt {u}");
+            for w in radicands {
+                // The least difference of different sums is about 1e-3.
+                let real = (real - f64::from(w).sqrt()) * 1e9;
+                let found = sign_with_two_roots(&p.into(), &u.into(), &w.into());
+                let expected = real.round().partial_cmp(&0.0);
+                assert_eq!(Some(found), expected, "{p} + sqrt {u} - sqrt {w}");
+            }
+        }
+    }
+}
