@@ -120,8 +120,15 @@ mod tests {
             assert_eq!(scale(count, &|_| ordinary), 128.0, "{count}");
         }
         for every in 3..100 {
-            let some =
-                |other: Sphere| move |at: usize| [ordinary, other][usize::from(at % every == 0)];
+            let some = |other: Sphere| {
+                move |at: usize| {
+                    if at.is_multiple_of(every) {
+                        other
+                    } else {
+                        ordinary
+                    }
+                }
+            };
             assert_eq!(scale(300, &some(near)), 128.0, "every {every}");
             assert_eq!(scale(300, &some(behind)), 128.0, "every {every}");
         }
