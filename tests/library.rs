@@ -5,7 +5,7 @@ use std::{fs, io, path::PathBuf};
 use sfera::{
     camera::ImageSize,
     ppm::{self, ImageError, MappedImage, SharedImage},
-    render::{Form, Method, Renderer, differing_pixels},
+    render::{Form, Method, Renderer, Workspace, differing_pixels},
     scene::{Scene, Viewport},
     spheres::{LengthError, Sphere},
 };
@@ -84,6 +84,16 @@ fn a_picture_in_one_call_is_the_exact_one() {
     let counts = Renderer::new(&scene, size(), Method::Exact).draw(0..3, &mut pixels);
     assert_eq!(counts.pixels(), 15);
     assert_eq!(scene.render(size()), pixels);
+}
+
+#[test]
+fn a_renderer_hands_on_the_memory_that_it_has_used() {
+    let scene = Scene::read("scenes/example.txt").expect("the example");
+    let renderer = Renderer::new(&scene, size(), Method::Exact);
+    renderer.draw(0..3, &mut vec![0; size().pixel_bytes()]);
+    let [used, empty] =
+        [renderer.into_workspace(), Workspace::default()].map(|memory| format!("{memory:?}"));
+    assert!(used.len() > empty.len(), "{used}");
 }
 
 /// The caller's own error, from either source.

@@ -128,6 +128,22 @@ mod tests {
     use super::*;
     use crate::ppm::Picture;
 
+    /// On a file system that is not a local one, as `/proc`.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_refusal_at_the_end_is_known_before_the_image_is_published()
+    -> Result<(), Box<dyn std::error::Error>> {
+        use rustix::fs::{Mode, OFlags, open};
+        let folder = tempfile::tempdir()?;
+        let path = folder.path().join("image.ppm");
+        let mut image = MappedImage::create(&path, ImageSize::new(2, 1)?)?;
+        image.settle()?;
+        // A file that can't be written, so that none of it can be sent.
+        image.rows.file = open("/proc/version", OFlags::PATH, Mode::empty())?.into();
+        assert!(image.settle().is_err());
+        Ok(())
+    }
+
     /// Windows begin anywhere in the file, not only at the boundaries of pages.
     #[test]
     fn windows_join_without_a_seam() -> Result<(), Box<dyn std::error::Error>> {
