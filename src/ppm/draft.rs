@@ -180,3 +180,35 @@ fn temporary_name<F>(
         .map(tempfile::NamedTempFile::into_parts)
         .map_err(|error| refusal.map_or(error, io::Error::from_raw_os_error))
 }
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_name_that_is_too_long_is_made_shorter() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for (kind, tries) in [
+            (io::ErrorKind::StorageFull, 1),
+            (io::ErrorKind::InvalidFilename, 2),
+        ] {
+            let mut paths = Vec::new();
+            let made = TemporaryName::make(
+                folder.path(),
+                |_| (),
+                |path| -> io::Result<()> {
+                    paths.push(path.to_owned());
+                    Err(kind.into())
+                },
+            );
+            assert!(made.is_err_and(|error| error.kind() == kind));
+            assert_eq!(paths.len(), tries, "{kind}");
+            assert!(paths[0].starts_with(folder.path()));
+            assert!(
+                paths[1..]
+                    .iter()
+                    .all(|path| path.starts_with("/proc/self/fd"))
+            );
+        }
+    }
+}

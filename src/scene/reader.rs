@@ -162,11 +162,7 @@ where
             FaultPlace::Nowhere => None,
             FaultPlace::End => Some(self.position.end_of_last_word()),
             FaultPlace::At(at) => {
-                let mut after = window.bytes[at..window.filled].to_vec();
-                after.truncate(Excerpt::REACH + 1);
-                if after.len() <= Excerpt::REACH && !after.contains(&b'\n') {
-                    after.extend_from_slice(more);
-                }
+                let after = [&window.bytes[at..window.filled], more].concat();
                 let line = after.split(|&byte| byte == b'\n').next();
                 let line = line.unwrap_or_default();
                 // Wherever the text is cut, so much of the line is in memory.

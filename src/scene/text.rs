@@ -122,6 +122,19 @@ mod tests {
     }
 
     #[test]
+    fn words_of_any_length_and_bytes_end_before_blanks_and_comments() {
+        for byte in 0..=u8::MAX {
+            for length in (1..20).filter(|_| !ends_word(byte)) {
+                let word = vec![byte; length];
+                for behind in ["", "          ", "\nS 1 2 3 4", "##########"] {
+                    let text = [&word, behind.as_bytes()].concat();
+                    assert_eq!(word_end(&text, 0), length, "{}", text.escape_ascii());
+                }
+            }
+        }
+    }
+
+    #[test]
     fn the_last_word_is_found_from_the_end() {
         for text in [
             "",

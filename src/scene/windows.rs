@@ -76,16 +76,18 @@ impl Window {
 
     /// Empties this window and begins it with what `before` has read after its end.
     pub(super) fn follow(&mut self, before: &Self) {
-        let kept = before.end.saturating_sub(Excerpt::REACH + 1);
+        let kept = before.end.saturating_sub(Excerpt::REACH);
         let kept = &before.bytes[kept..before.filled];
-        if self.bytes.len() < kept.len() {
-            self.bytes.resize(kept.len(), 0);
-        }
+        self.make_room(kept.len());
         self.bytes[..kept.len()].copy_from_slice(kept);
         self.filled = kept.len();
         self.begin = kept.len() - before.read_after_end();
         self.end = self.begin;
         self.is_last = false;
+    }
+
+    fn make_room(&mut self, bytes: usize) {
+        self.bytes.resize(self.bytes.len().max(bytes), 0);
     }
 
     fn read_after_end(&self) -> usize {
@@ -95,9 +97,7 @@ impl Window {
     /// Reads `count` bytes, or fewer if the source ends, and sets the end of the piece.
     pub(super) fn fill(&mut self, source: &mut impl Read, count: usize) -> Result<(), SceneError> {
         let full = self.filled + count;
-        if self.bytes.len() < full {
-            self.bytes.resize(full, 0);
-        }
+        self.make_room(full);
         while self.filled < full {
             match source.read(&mut self.bytes[self.filled..full]) {
                 Ok(0) => {
@@ -253,7 +253,7 @@ mod tests {
             next.follow(&window);
             next.fill(source, ASKED).expect("text");
             std::mem::swap(&mut window, &mut next);
-            let most = Excerpt::REACH + 1 + sphere.len() + ASKED;
+            let most = Excerpt::REACH + sphere.len() + ASKED;
             assert!(window.bytes.len() <= most, "{}", window.bytes.len());
         }
     }

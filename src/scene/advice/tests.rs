@@ -117,6 +117,10 @@ fn other_words_with_a_mistake_of_the_table() {
     ] {
         assert_eq!(advice_in_a_scene(word.as_bytes()), advice, "{word}");
     }
+    // What to write is shown if it is not too long.
+    let word = format!("0,{}1", "0".repeat(LONGEST_QUOTE - 3));
+    let advice = format!("write it with a point: {}", word.replace(',', "."));
+    assert_eq!(advice_in_a_scene(word.as_bytes()), advice);
     for word in [
         "x", "0*1", "f", "1,x", "[]", "1_x", "a/b", "1/b", "a/1", "e5", "(1",
     ] {

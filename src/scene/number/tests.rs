@@ -176,6 +176,10 @@ fn ordinary_words_are_read_by_the_lanes_and_no_others() {
         "x",
         "1234567890123456",
         ".0000000000000001",
+        // Halfway between two floats.
+        "16777217",
+        "-33554434",
+        "0.500000029802322387695",
     ];
     for word in others {
         assert_eq!(by_lanes(" S ", word).0, None, "{word}");
