@@ -962,3 +962,35 @@ fn the_unit_of_length_does_not_matter() {
     }
     assert!(counts.pixels_in_runs > size.pixels() / 2, "{counts:?}");
 }
+
+/// So many spheres, in pairs of which one is in front of the other, meet each row of tiles once;
+/// otherwise they meet each tile.
+#[test]
+fn few_spheres_that_are_apart_are_painted_in_whole_rows() {
+    let tests = |spheres: &[[f32; 4]]| {
+        let mut scene = scene_of(spheres);
+        scene.viewport.width = 2048.0;
+        let size = size(2049, 128);
+        let mut pixels = vec![0; size.pixel_bytes()];
+        let renderer = tuned(&scene, size, 64, Bounds::Proven);
+        let counts = renderer.draw(0..size.height(), &mut pixels);
+        assert_eq!(counts.pixels_in_packets, 0, "{counts:?}");
+        counts.sphere_tests
+    };
+    let pair = |at: usize| {
+        let x = 120.0 * (at as f32 - (FEW_SPHERES / 2) as f32 / 2.0);
+        [[x, 0.0, 256.0, 5.0], [3.0 * x, 0.0, 768.0, 30.0]]
+    };
+    let pairs: Vec<[f32; 4]> = (0..FEW_SPHERES / 2).flat_map(pair).collect();
+    // All of them are in both rows of tiles.
+    let in_rows = 2 * FEW_SPHERES as u64;
+    assert_eq!(tests(&pairs), in_rows);
+    assert_eq!(tests(&pairs[..2]), 4);
+    let mut more = pairs.clone();
+    more.push([0.0, 0.0, -9.0, 1.0]);
+    assert!(tests(&more) > in_rows);
+    // One is behind the middle of another one, and in front of its edge.
+    let mut across = pairs.clone();
+    across[1] = [pairs[0][0], 0.0, 258.0, 10.0];
+    assert!(tests(&across) > in_rows);
+}

@@ -2,7 +2,7 @@
 
 use wide::f32x8;
 
-use super::{Bounds, Depths, FloatDepths, LANES, Rectangles, f64x8};
+use super::{Bounds, Depths, FloatDepths, LANES, Rectangles, STEADY_RATIO, TANGENT_BOUND, f64x8};
 use crate::{
     camera::{Camera, ImageSize},
     exact::{
@@ -273,4 +273,87 @@ fn depths_are_known_up_to_the_greatest() {
     let scale = (50.0_f64).exp2();
     assert!(known(scale));
     assert!(!known(2.0 * scale));
+}
+
+/// Both bounds of theorem 5, from the polynomials, in the order of the proof: of a rectangle, for a
+/// camera inside, and outside where all corners are hit or not.
+#[test]
+fn bounds_of_ranges_have_all_terms() {
+    let mut compared = [0; 3];
+    each_trial(30_000, |trial, random| {
+        let mut grid = Grid::new(trial.camera);
+        let boxes = Boxes::new(&grid, &trial.eight());
+        grid.scale = scale(boxes.upper[0], random);
+        let around = rectangles(trial, random);
+        let depths = Depths::new(&grid, &around, &trial.eight());
+        if depths.known.to_bitmask() & 1 == 0 || depths.missed.to_bitmask() & 1 == 1 {
+            return Ok(());
+        }
+        let of = |lanes: f64x8| lanes.to_array()[0];
+        let [
+            d00,
+            d10,
+            d01,
+            d20,
+            d11,
+            d02,
+            d_bound,
+            top,
+            b00,
+            b_linear,
+            bound,
+        ] = doubles(&depths).map(of);
+        let [b10, b01, s, t] = [depths.b10, depths.b01, depths.across, depths.down].map(of);
+        let root = d00.max(0.0).sqrt();
+        let slope = s * (d10 / (2.0 * root) + b10).abs() + t * (d01 / (2.0 * root) + b01).abs();
+        let bulge = s * s * d20.max(0.0) + t * t * d02.max(0.0) + s * t * d11.abs();
+        let interval = b00 + b_linear + top.sqrt();
+        let tangent = b00 + root + slope + (bulge + d_bound) / (2.0 * root);
+        let upper = if tangent < interval {
+            tangent
+        } else {
+            interval
+        } + bound;
+        let outside = of(depths.power) > 0.0;
+        let corners = [(s, t), (s, -t), (-s, t), (-s, -t)].map(|(p, q)| {
+            let d = d00 + d10 * p + d01 * q + d20 * p * p + d11 * p * q + d02 * q * q;
+            [d - d_bound, b00 + b10 * p + b01 * q]
+        });
+        let covered = corners.iter().all(|&[d, b]| d > 0.0 && b > bound);
+        let (kind, lower) = if outside && covered {
+            let nearest = |&[d, b]: &[f64; 2]| b + d.sqrt();
+            (
+                0,
+                corners.iter().map(nearest).fold(f64::INFINITY, f64::min) - bound,
+            )
+        } else if outside {
+            (1, b00 - b_linear - bound)
+        } else if top < STEADY_RATIO * d00 {
+            (
+                2,
+                b00 + root - slope - TANGENT_BOUND * d_bound / root - bound,
+            )
+        } else {
+            return Ok(());
+        };
+        let ranges = depths.ranges([0.0; LANES], [f32::INFINITY; LANES]);
+        let near = |found: f32, expected: f64| {
+            let magnitude = b00.abs() + b_linear + top.sqrt();
+            !(1e-30..1e30).contains(&magnitude)
+                || (f64::from(found) - expected).abs() <= 4e-7 * magnitude.max(expected.abs())
+        };
+        compared[kind] += 1;
+        let right = near(ranges.upper[0], upper) && near(ranges.lower[0], lower.max(0.0));
+        if right && (ranges.covered & 1 == 1) == (covered || !outside) {
+            Ok(())
+        } else {
+            Err(format!(
+                "{lower:e} to {upper:e}, covered: {covered}, instead of {ranges:?}"
+            ))
+        }
+    });
+    assert!(
+        compared.iter().all(|&count| count > 1_000),
+        "only {compared:?}"
+    );
 }
