@@ -9,10 +9,10 @@ use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use super::{
     Engine, Workspace,
     band::{CROWD, SMALL_CROWD, colour_of},
-    bins::{FEW_SPHERES, MAX_RUN, MIN_TABLE},
+    bins::{FEW_SPHERES, MAX_RUN, MIN_TABLE, Room},
     decide::decide,
     may_show,
-    prepared::power_of_two_below,
+    prepared::{Prepared, power_of_two_below},
     rows::MAX_COLUMNS,
     trials::Random,
     tuning::{Bounds, Tuning},
@@ -993,4 +993,30 @@ fn few_spheres_that_are_apart_are_painted_in_whole_rows() {
     let mut across = pairs.clone();
     across[1] = [pairs[0][0], 0.0, 258.0, 10.0];
     assert!(tests(&across) > in_rows);
+}
+
+#[test]
+fn a_large_sphere_is_tested_in_the_tiles_that_its_box_meets() {
+    let size = size(320, 320);
+    for step in 0..140 {
+        let mut spheres = vec![[step as f32 - 70.0, 70.0 - step as f32, 256.0, 70.0]];
+        spheres.extend([[0.0, 0.0, -9.0, 1.0]; FEW_SPHERES]);
+        let mut scene = scene_of(&spheres);
+        (scene.viewport.width, scene.viewport.height) = (319.0, 319.0);
+        // Without bounds no rows are painted, and no pixel is contested.
+        let tuning = Tuning {
+            bounds: Bounds::Ignored,
+            ..Tuning::default()
+        };
+        let camera = Camera::new(scene.viewport, size);
+        let prepared = Prepared::new(&scene, camera, tuning, &Room::default());
+        let [large] = &prepared.bins.large[..] else {
+            panic!("not one large sphere at step {step}");
+        };
+        let tiles = |first: u32, last: u32| u64::from(last / tuning.tile - first / tuning.tile + 1);
+        let tiles = tiles(large.left, large.right) * tiles(large.top, large.bottom);
+        let renderer = tuned(&scene, size, tuning.tile, tuning.bounds);
+        let counts = renderer.draw(0..320, &mut vec![0; size.pixel_bytes()]);
+        assert_eq!(counts.sphere_tests, tiles, "{large:?}");
+    }
 }

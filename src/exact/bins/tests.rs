@@ -195,3 +195,26 @@ fn eight_records_are_lanes_of_what_each_of_them_is() {
         }
     }
 }
+
+/// Memory for records is kept while it is enough, and is not much more than was asked for.
+#[test]
+fn memory_for_records_is_kept() {
+    for count in [1, 1000, 3 * HUGE_PAGE / size_of::<Record>()] {
+        let mut records = Records::default();
+        records.reserve(count);
+        let (first, room) = (records.all().as_ptr(), records.all().len());
+        let most = (count + count / 8) * size_of::<Record>();
+        let bytes = room * size_of::<Record>();
+        assert!(
+            room >= count && bytes < most + HUGE_PAGE,
+            "{room} of {count}"
+        );
+        assert!(count > 1000 || bytes <= most, "{room} of {count}");
+        for again in [1, count, room] {
+            records.reserve(again);
+            assert_eq!(records.all().as_ptr(), first, "{again} of {room}");
+        }
+        records.reserve(room + 1);
+        assert!(records.all().len() > room);
+    }
+}
