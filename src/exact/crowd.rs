@@ -407,9 +407,7 @@ fn nearest_first(records: &mut Vec<Record>, sorted: &mut Vec<Record>, keys: &mut
     // Equal spheres have equal keys, so only neighbours with equal keys are compared.
     let alike = |a: &u64, b: &u64| a >> 32 == b >> 32;
     for alike in keys.chunk_by_mut(alike) {
-        if alike.len() > 1 {
-            alike.sort_unstable_by(|&a, &b| record(a).cmp_spheres(record(b)));
-        }
+        alike.sort_unstable_by(|&a, &b| record(a).cmp_spheres(record(b)));
     }
     keys.dedup_by(|later, first| record(*later).is_equal(record(*first)));
     sorted.clear();

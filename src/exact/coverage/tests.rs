@@ -97,6 +97,10 @@ fn what_is_not_contested_is_what_is_seen() {
 /// A sphere is met in its contested pixels and in no others, and not at all if it has none.
 fn contested_pixels_are_those_of_their_spheres(coverage: &Coverage) -> Result<(), String> {
     for covering in &coverage.spheres {
+        let [top, bottom] = [covering.record.top, covering.record.bottom].map(usize::from);
+        if covering.octets() != (top / LANES..bottom / LANES + 1) {
+            return Err(format!("{:?} of {covering:?}", covering.octets()));
+        }
         let of_sphere = coverage.contested_by(covering);
         let mut any = false;
         for (row, &found) in of_sphere.iter().enumerate() {

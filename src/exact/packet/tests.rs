@@ -1,15 +1,15 @@
 //! The intervals of packets, in floats and in doubles, against dyadic rationals.
 
 use super::{
-    Bounds, Grid, InDoubles, LANES, PixelRow, SIDE, STEPS, Terms, exponents, f32x8, f64x8,
-    in_column, in_row, packet, u32x8, widths,
+    Bounds, EightRecords, Grid, InDoubles, LANES, Meetings, PixelRow, SIDE, STEPS, Terms,
+    exponents, f32x8, f64x8, in_column, in_row, packet, u32x8, widths,
 };
 use crate::exact::{
     bins::Record,
     boxes::Boxes,
     depths::{Depths, FloatDepths},
     paint::{bytes_of, colour_lane},
-    trials::{Trial, each_trial, rectangles, scale},
+    trials::{Random, Trial, each_trial, rectangles, scale},
 };
 
 /// The colours of the background and of the sphere.
@@ -260,4 +260,42 @@ fn the_fourth_byte_of_a_colour_carries_the_width_of_an_interval() {
             assert!(holds, "{width:e}: {carried:e}");
         }
     }
+}
+
+/// Each way of meeting a sphere returns how many packets that were.
+#[test]
+fn packets_are_counted() {
+    let mut trial = Trial::new(0);
+    trial.sphere.centre = [0.0, 0.0, 9.0];
+    trial.sphere.radius = 1.0;
+    let grid = Grid::new(trial.camera);
+    let around = rectangles(&trial, &mut Random::new(0));
+    let depths = Depths::new(&grid, &around, &trial.eight()).to_floats(Bounds::Proven);
+    let met = |[left, right, top, bottom]: [u8; 4], wanted: &[u64; SIDE]| {
+        let record = Record {
+            left,
+            right,
+            top,
+            bottom,
+            ..Record::default()
+        };
+        let meetings = Meetings::new(&depths, &EightRecords::of(&[record]));
+        let mut rows = vec![PixelRow::new(BACKGROUND); SIDE];
+        let [from, to, first, last] = [left, right + 1, top, bottom + 1].map(usize::from);
+        [
+            meetings.narrow::<true>(0, &mut rows),
+            meetings.wide::<true>(0, &mut rows, (from, to), (first, last)),
+            meetings.masked::<true>(0, &mut rows, wanted),
+        ]
+    };
+    let all = [u64::MAX; SIDE];
+    assert_eq!(met([9, 13, 60, 63], &all), [4, 4, 4]);
+    assert_eq!(met([9, 32, 20, 29], &all), [10, 30, 30]);
+    assert_eq!(met([9, 33, 0, 0], &all), [1, 4, 4]);
+    // Columns 9 and 16 are in one packet, 17 in the next one; one row is beyond the box.
+    let mut some = [0; SIDE];
+    (some[20], some[22], some[29], some[30]) =
+        (1 << 9, 1 << 9 | 1 << 16, 1 << 16 | 1 << 17, 1 << 9);
+    assert_eq!(met([9, 32, 20, 29], &some), [10, 30, 4]);
+    assert_eq!(met([9, 32, 20, 29], &[0; SIDE]), [10, 30, 0]);
 }
