@@ -321,10 +321,8 @@ impl Run {
         let fit_floats = Boxes::fit_floats(grid);
         for first in range.clone().step_by(LANES) {
             let components = components(spheres, first);
-            let mut boxes = Boxes::of_floats(grid, components, fit_floats);
-            if range.end - first < LANES {
-                boxes.visible &= (1 << (range.end - first)) - 1;
-            }
+            // Beyond the last sphere are some behind the camera.
+            let boxes = Boxes::of_floats(grid, components, fit_floats);
             let mut small = 0;
             if !all_large {
                 let placed = tiles.of_eight(&boxes);

@@ -1018,5 +1018,10 @@ fn a_large_sphere_is_tested_in_the_tiles_that_its_box_meets() {
         let renderer = tuned(&scene, size, tuning.tile, tuning.bounds);
         let counts = renderer.draw(0..320, &mut vec![0; size.pixel_bytes()]);
         assert_eq!(counts.sphere_tests, tiles, "{large:?}");
+        // In whole rows, in the rows of tiles that its box meets.
+        let bands = u64::from(large.bottom / tuning.tile - large.top / tuning.tile + 1);
+        let renderer = tuned(&scene, size, tuning.tile, Bounds::Proven);
+        let counts = renderer.draw(0..320, &mut vec![0; size.pixel_bytes()]);
+        assert_eq!(counts.sphere_tests, bands, "{large:?}");
     }
 }

@@ -193,7 +193,7 @@ fn floats_are_used_within_their_ranges_only() {
 /// sphere that reaches this plane, that in the direction of its nearest point is used.
 #[test]
 fn no_pole_is_nearer_than_the_box_says() {
-    let (mut poles, mut beside) = (0, 0);
+    let (mut poles, mut beside, mut in_float) = (0, 0, 0);
     each_trial(60_000, |trial, _| {
         let [x, y, z] = trial.sphere.centre.map(f64::from);
         let depth = z - f64::from(trial.sphere.radius);
@@ -220,14 +220,30 @@ fn no_pole_is_nearer_than_the_box_says() {
         let truth = trial.truth_at(column, row);
         poles += u64::from(truth.hit());
         beside += u64::from(truth.hit() && !before);
-        let upper = boxes.upper[0];
-        if truth.hit() && !truth.at_most(f64::from(upper), 1.0) {
-            return Err(format!("the pole is nearer than {upper:e}"));
+        let floats = in_floats(&grid, trial);
+        in_float += u64::from(truth.hit() && floats.is_some());
+        for upper in floats.iter().chain([&boxes]).map(|boxes| boxes.upper[0]) {
+            if truth.hit() && !truth.at_most(f64::from(upper), 1.0) {
+                return Err(format!("the pole is nearer than {upper:e}"));
+            }
+        }
+        let (r, length) = (
+            f64::from(trial.sphere.radius),
+            (x * x + y * y + z * z).sqrt(),
+        );
+        let nearest = grid.reach * (length + r) / ((length - r) * (length + r)).abs();
+        let sharp = (1e-6..1e6).contains(&nearest) && (length - r).abs() > 1e-6 * r;
+        if !before && sharp && f64::from(boxes.upper[0]) > nearest * (1.0 + 1e-6) {
+            return Err(format!(
+                "{:e}, but nowhere above {nearest:e}",
+                boxes.upper[0]
+            ));
         }
         Ok(())
     });
     assert!(poles > 10_000, "only {poles} poles");
     assert!(beside > 500, "only {beside} nearest points");
+    assert!(in_float > 1_000, "only {in_float} poles in floats");
 }
 
 /// Spheres that touch the plane of a column exactly: 3-4-5 triangles so long that

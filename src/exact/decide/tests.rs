@@ -220,9 +220,9 @@ fn a_ray_along_the_surface_that_the_camera_is_on_meets_nothing() {
 #[test]
 fn what_no_ray_comes_near_is_settled_in_doubles() {
     let (camera, pixel) = middle();
-    let beside = (3, [50.0, 0.0, 60.0, 1.0]);
+    let (beside, behind) = ((3, [50.0, 0.0, 60.0, 1.0]), (4, [50.0, 0.0, -60.0, 1.0]));
     for count in 0..20 {
-        let mut candidates: Vec<Candidate> = vec![beside; count];
+        let mut candidates: Vec<Candidate> = vec![[beside, behind][count % 2]; count];
         let decided = decide(&camera, pixel, &mut candidates, true);
         assert_eq!(decided, (NONE, Rung::Doubles), "{count}");
         candidates.push((5, [0.0, 0.0, 60.0, 1.0]));

@@ -282,10 +282,13 @@ fn packets_are_counted() {
         let meetings = Meetings::new(&depths, &EightRecords::of(&[record]));
         let mut rows = vec![PixelRow::new(BACKGROUND); SIDE];
         let [from, to, first, last] = [left, right + 1, top, bottom + 1].map(usize::from);
+        let in_doubles = InDoubles::new(&grid, Bounds::Proven, (0, 0), &record);
+        let masked = meetings.masked::<true>(0, &mut rows, wanted);
+        assert_eq!(in_doubles.meet(&mut rows, wanted), masked);
         [
             meetings.narrow::<true>(0, &mut rows),
             meetings.wide::<true>(0, &mut rows, (from, to), (first, last)),
-            meetings.masked::<true>(0, &mut rows, wanted),
+            masked,
         ]
     };
     let all = [u64::MAX; SIDE];

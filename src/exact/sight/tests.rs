@@ -4,7 +4,7 @@ use super::{Rays, Sights, Targets, power, power_of_camera};
 use crate::exact::{
     bounds::{U, U_DOUBLE_DOUBLE},
     real::{DoubleDouble, Real},
-    trials::{Dyadic, Trial, dyadic, each_trial},
+    trials::{Dyadic, Trial, Truth, dyadic, each_trial},
 };
 use wide::f64x8;
 
@@ -75,8 +75,13 @@ fn judge<N: Real>(
     }
 }
 
-fn check<N: Real>(count: u64, exactly: impl Fn(N, usize) -> Option<Dyadic> + Copy) -> [u64; 3] {
-    let mut kinds = [0; 3];
+/// How many are met, in doubt, and missed; and of those that are seen from inside, ahead and back, how
+/// many are known to a millionth.
+fn check<N: Real>(
+    count: u64,
+    exactly: impl Fn(N, usize) -> Option<Dyadic> + Copy,
+) -> ([u64; 3], [u64; 2]) {
+    let (mut kinds, mut sharp) = ([0; 3], [0; 2]);
     each_trial(count, |trial, random| {
         let targets = Targets::<N>::of(std::iter::once(trial.lengths()));
         let (rays, lane) = if random.below(2) == 0 {
@@ -86,10 +91,20 @@ fn check<N: Real>(count: u64, exactly: impl Fn(N, usize) -> Option<Dyadic> + Cop
             let rays = Rays::of_row(&trial.camera, trial.column - before, trial.row);
             (rays, before as usize)
         };
-        kinds[judge(trial, &Sights::new(&rays, &targets), lane, exactly)?] += 1;
+        let sights = Sights::new(&rays, &targets);
+        kinds[judge(trial, &sights, lane, exactly)?] += 1;
+        let Truth { b, c, .. } = trial.truth();
+        if c < Dyadic::ZERO {
+            let bounds = [exactly(sights.lower, lane), exactly(sights.upper, lane)];
+            if let [Some(lower), Some(upper)] = bounds
+                && dyadic(1e6) * (&upper - lower) < upper
+            {
+                sharp[usize::from(b < Dyadic::ZERO)] += 1;
+            }
+        }
         Ok(())
     });
-    kinds
+    (kinds, sharp)
 }
 
 fn double(value: f64) -> Option<Dyadic> {
@@ -98,17 +113,21 @@ fn double(value: f64) -> Option<Dyadic> {
 
 #[test]
 fn sights_in_doubles_hold_the_exact_inverse_depth() {
-    let kinds = check::<f64x8>(150_000, |lanes, lane| double(lanes.to_array()[lane]));
+    let (kinds, sharp) = check::<f64x8>(150_000, |lanes, lane| double(lanes.to_array()[lane]));
     let enough = kinds[0] > 30_000 && kinds[1] > 500 && kinds[2] > 30_000;
     assert!(enough, "only {kinds:?}");
+    let enough = sharp[0] > 14_000 && sharp[1] > 10_000;
+    assert!(enough, "only {sharp:?} are sharp");
 }
 
 #[test]
 fn sights_in_double_doubles_hold_the_exact_inverse_depth() {
-    let kinds = check::<DoubleDouble>(60_000, |lanes, lane| {
+    let (kinds, sharp) = check::<DoubleDouble>(60_000, |lanes, lane| {
         let [high, low] = lanes.parts().map(|part| part.to_array()[lane]);
         Some(double(high)? + double(low)?)
     });
     let enough = kinds[0] > 10_000 && kinds[1] > 30 && kinds[2] > 10_000;
     assert!(enough, "only {kinds:?}");
+    let enough = sharp[0] > 5_500 && sharp[1] > 4_000;
+    assert!(enough, "only {sharp:?} are sharp");
 }
