@@ -176,6 +176,16 @@ impl Spheres {
         self.colour.push(sphere.colour);
     }
 
+    /// How many spheres there is memory for.
+    #[cfg(test)]
+    pub(crate) fn capacity(&self) -> usize {
+        let components = [&self.x, &self.y, &self.z, &self.radius];
+        let packets = components.map(Vec::capacity).into_iter().max();
+        self.colour
+            .capacity()
+            .max(packets.unwrap_or_default() * LANES)
+    }
+
     /// Reserves memory for exactly `additional` more spheres.
     pub(crate) fn try_reserve_exact(&mut self, additional: usize) -> Result<(), TryReserveError> {
         let packets = self.missing_packets(additional);

@@ -214,12 +214,14 @@ fn a_full_disk_is_reported_before_anything_is_drawn() {
     shop.write("image.ppm", OLD);
     shop.run("balls.txt image.ppm 1000 1000").fails(&[
         "image.ppm",
+        "reserve its blocks",
         "no space left",
         "free some space",
     ]);
     assert_unharmed(&shop);
     shop.run("balls.txt new.ppm 1000 1000 --rows 0..1").fails(&[
         "new.ppm",
+        "reserve its blocks",
         "no space left",
         "free some space",
     ]);
@@ -234,7 +236,7 @@ fn a_picture_with_holes_on_a_full_disk_is_reported_too() {
     let shop = Workshop::within(disk.at.path());
     make_picture_of_holes(&shop);
     shop.run("balls.txt image.ppm 1000 1000 --rows 0..1000")
-        .fails(&["image.ppm", "no space left"]);
+        .fails(&["image.ppm", "reserve its blocks", "no space left"]);
 }
 
 #[test]

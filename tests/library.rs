@@ -6,7 +6,7 @@ use sfera::{
     camera::ImageSize,
     ppm::{self, ImageError, MappedImage, SharedImage},
     render::{Form, Method, Renderer, Workspace, differing_pixels},
-    scene::{Scene, Viewport},
+    scene::{Scene, SceneErrorKind, Viewport},
     spheres::{LengthError, Sphere},
 };
 
@@ -94,6 +94,67 @@ fn a_renderer_hands_on_the_memory_that_it_has_used() {
     let [used, empty] =
         [renderer.into_workspace(), Workspace::default()].map(|memory| format!("{memory:?}"));
     assert!(used.len() > empty.len(), "{used}");
+}
+
+/// Spheres without end.
+#[cfg(target_os = "linux")]
+struct Endless {
+    some: Vec<u8>,
+    read: usize,
+}
+
+#[cfg(target_os = "linux")]
+impl io::Read for Endless {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let some = &self.some[self.read % self.some.len()..];
+        let length = some.len().min(buffer.len());
+        buffer[..length].copy_from_slice(&some[..length]);
+        self.read += length;
+        Ok(length)
+    }
+}
+
+/// In a process of its own, which may use few addresses.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_scene_without_the_memory_for_it_is_an_error_that_names_no_line() {
+    use rustix::process::{Resource, Rlimit, setrlimit};
+    const CHILD: &str = "SFERA_TEST_OF_MEMORY";
+    if std::env::var_os(CHILD).is_none() {
+        let name = "a_scene_without_the_memory_for_it_is_an_error_that_names_no_line";
+        let program = std::env::current_exe().expect("this program");
+        let child = std::process::Command::new(program)
+            .args(["--exact", name])
+            .env(CHILD, "")
+            .env("RAYON_NUM_THREADS", "2")
+            .output()
+            .expect("it runs");
+        let output = String::from_utf8_lossy(&child.stdout);
+        assert!(child.status.success(), "{output}");
+        return;
+    }
+    let few = Some(200 << 20);
+    let limit = Rlimit {
+        current: few,
+        maximum: few,
+    };
+    setrlimit(Resource::As, limit).expect("a limit");
+    let header = b"VP 1 1 1 BG 0 0 0 OBJ_N 4294967295\n".as_slice();
+    let spheres = Endless {
+        some: b"S 0 0 5 1 9 9 9\n".repeat(1000),
+        read: 0,
+    };
+    let everything = |_| |_: &Sphere| true;
+    let error = Scene::read_stream(&mut io::Read::chain(header, spheres), "endless", everything)
+        .expect_err("too many spheres");
+    assert!(matches!(error.kind(), SceneErrorKind::Memory), "{error}");
+    assert_eq!((error.line(), error.column()), (None, None));
+    assert!(
+        error
+            .to_string()
+            .contains("not enough memory for 4294967295 spheres"),
+        "{error}"
+    );
 }
 
 /// The caller's own error, from either source.

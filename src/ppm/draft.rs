@@ -183,7 +183,69 @@ fn temporary_name<F>(
 
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
+    use std::{
+        cell::Cell,
+        sync::atomic::{AtomicU32, Ordering},
+    };
+
     use super::*;
+
+    #[test]
+    fn a_file_that_is_there_is_not_replaced_and_other_errors_are_reported() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let there = folder.path().join("there.ppm");
+        std::fs::write(&there, "another process's").expect("a file");
+        let publish_at = |target: &Path| {
+            let (file, draft) = Draft::create(&there, false, |_| ()).expect("a draft");
+            draft.publish_if_absent(&file, target)
+        };
+        publish_at(&there).expect("no error");
+        assert_eq!(std::fs::read(&there).expect("it"), b"another process's");
+        assert!(publish_at(&folder.path().join("no folder/image.ppm")).is_err());
+        let absent = folder.path().join("absent.ppm");
+        publish_at(&absent).expect("no error");
+        assert!(absent.exists());
+    }
+
+    #[test]
+    fn only_a_file_that_replaces_another_has_a_temporary_name() {
+        static NAMES: AtomicU32 = AtomicU32::new(0);
+        fn watch(_: Event<'_>) {
+            NAMES.fetch_add(1, Ordering::Relaxed);
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("image.ppm");
+        for names in 0..2 {
+            let target = Target::find(&path).expect("a target");
+            let (file, draft) = Draft::create(&path, false, watch).expect("a draft");
+            if draft.name.is_some() {
+                eprintln!("skipped: no files without a name here");
+                return;
+            }
+            let published = draft.publish(&file, &target, || Ok(target.found.is_some()));
+            published.expect("its name");
+            assert_eq!(NAMES.load(Ordering::Relaxed), names);
+        }
+    }
+
+    /// Only a file that appeared meanwhile is a reason to look again.
+    #[test]
+    fn a_file_that_can_not_be_named_is_reported_at_once() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (file, draft) =
+            Draft::create(&folder.path().join("image.ppm"), false, |_| ()).expect("a draft");
+        let target = Target {
+            path: folder.path().join("no folder/image.ppm"),
+            found: None,
+        };
+        let looks = Cell::new(0);
+        let published = draft.publish(&file, &target, || {
+            looks.set(looks.get() + 1);
+            Ok(false)
+        });
+        assert!(published.is_err());
+        assert_eq!(looks.get(), 1);
+    }
 
     #[test]
     fn only_a_name_that_is_too_long_is_made_shorter() {

@@ -116,7 +116,26 @@ fn file_system(file: &File) -> u32 {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
+    use rustix::{
+        fs::fcntl_getfl,
+        io::{FdFlags, fcntl_getfd},
+    };
+
     use super::*;
+
+    #[test]
+    fn a_short_name_needs_no_right_to_read_the_directory() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (open, short) = short_name(folder.path()).expect("/proc");
+        fs::write(short.join("file"), "").expect("a file in it");
+        assert!(folder.path().join("file").exists());
+        let flags = fcntl_getfl(&open).expect("flags");
+        assert!(flags.contains(OFlags::PATH), "{flags:?}");
+        assert_eq!(fcntl_getfd(&open), Ok(FdFlags::CLOEXEC));
+        assert!(short_name(&short.join("file")).is_none());
+    }
 
     /// Only then rows are mapped.
     #[test]

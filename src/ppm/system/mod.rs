@@ -58,3 +58,19 @@ pub(super) fn write_zeros(mut file: &File, bytes: u64) -> io::Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zeros_fill_a_file_of_any_length() -> io::Result<()> {
+        for bytes in [0, 1, 1 << 20, (2 << 20) + 5] {
+            let file = tempfile::NamedTempFile::new()?;
+            write_zeros(file.as_file(), bytes)?;
+            let written = std::fs::read(file.path())?;
+            assert_eq!(written, vec![0; bytes as usize]);
+        }
+        Ok(())
+    }
+}

@@ -148,6 +148,14 @@ mod tests {
     }
 
     #[test]
+    fn a_directory_with_inodes_left_lacks_none() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for error in [Errno::NOSPC, Errno::ACCESS] {
+            assert!(!lacks_inodes(folder.path(), &error.into()), "{error}");
+        }
+    }
+
+    #[test]
     fn a_lack_of_room_is_not_a_lack_of_support() {
         for error in [Errno::OPNOTSUPP, Errno::NOSYS, Errno::INVAL] {
             assert!(is_unsupported(error), "{error}");

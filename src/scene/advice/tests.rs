@@ -122,7 +122,7 @@ fn other_words_with_a_mistake_of_the_table() {
     let advice = format!("write it with a point: {}", word.replace(',', "."));
     assert_eq!(advice_in_a_scene(word.as_bytes()), advice);
     for word in [
-        "x", "0*1", "f", "1,x", "[]", "1_x", "a/b", "1/b", "a/1", "e5", "(1",
+        "x", "0*1", "f", "1,x", "[]", "1_x", "a/b", "1/b", "a/1", "x-1", "e5", "(1",
     ] {
         let known = for_number(word.as_bytes());
         let expected = match word {

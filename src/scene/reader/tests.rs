@@ -411,3 +411,13 @@ fn a_long_line_before_the_end_of_the_text_is_cut() {
         }
     }
 }
+
+/// Otherwise there would be room for up to twice as many.
+#[test]
+fn a_scene_of_known_size_takes_no_more_memory_than_its_spheres() {
+    let text = cloud(1100, 5).to_string();
+    let size = Some(text.len() as u64);
+    let scene = read(&mut text.as_bytes(), size, TINY, |_| |_: &Sphere| true).expect("a scene");
+    assert_eq!(scene.spheres.len(), 1100);
+    assert_eq!(scene.spheres.capacity(), 1104);
+}
