@@ -109,6 +109,21 @@ impl Tile {
     }
 }
 
+impl Tile {
+    /// The outlines of up to eight records are around the middle rows of their boxes.
+    #[inline]
+    fn placement(&self, records: &EightRecords) -> Placement {
+        let rectangles = self.rectangles(records);
+        Placement {
+            rows: rectangles.rows,
+            // An octet may extend seven rows beyond the box on either side.
+            down: rectangles.down + f64x8::splat(LANES as f64),
+            column: self.column,
+            row: self.row,
+        }
+    }
+}
+
 /// The spheres of a tile of few spheres, and what they cover.
 #[derive(Debug, Default)]
 pub(super) struct Coverage {
@@ -205,14 +220,7 @@ impl Coverage {
 
     fn outline(&mut self, grid: &Grid, tile: &Tile, records: &[Record], bounds: Bounds) {
         let eight = EightRecords::of(records);
-        let rectangles = tile.rectangles(&eight);
-        let placement = Placement {
-            rows: rectangles.rows,
-            // An octet may extend seven rows beyond the box on either side.
-            down: rectangles.down + f64x8::splat(LANES as f64),
-            column: tile.column,
-            row: tile.row,
-        };
+        let placement = tile.placement(&eight);
         let outlines = Outline::eight(grid, &placement, &eight.spheres, bounds);
         for (outline, record) in outlines.iter().zip(records) {
             let covering = Covering {

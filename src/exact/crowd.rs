@@ -196,8 +196,8 @@ impl Crowd {
         pixels: &mut [PixelRow],
     ) {
         self.boxes.clear();
+        // What the wall of the tile hides is not among the records.
         self.hidden = Hidden {
-            floor: self.floor,
             next_floors: FIRST_FLOORS,
             ..Hidden::default()
         };

@@ -1025,3 +1025,38 @@ fn a_large_sphere_is_tested_in_the_tiles_that_its_box_meets() {
         assert_eq!(counts.sphere_tests, bands, "{large:?}");
     }
 }
+
+/// Two spheres of one colour that each cover tiles, and the background between them.
+#[test]
+fn tiles_of_one_colour_do_not_spread() {
+    let mut spheres = vec![[-190.0, 0.0, 256.0, 85.0], [190.0, 0.0, 256.0, 85.0]];
+    // With a small sphere no whole rows are painted.
+    spheres.push([0.0, 120.0, 256.0, 3.0]);
+    spheres.extend([[0.0, 0.0, -9.0, 1.0]; FEW_SPHERES]);
+    let mut scene = scene_of(&[]);
+    (scene.viewport.width, scene.viewport.height) = (576.0, 256.0);
+    let of_one_colour = |[x, y, z, radius]: [f32; 4]| Sphere {
+        centre: [x, y, z],
+        radius,
+        colour: [9; 3],
+    };
+    scene.spheres = spheres.into_iter().map(of_one_colour).collect();
+    assert_drawn(&scene, size(576, 256), "one colour");
+    let counts = tuned(&scene, size(576, 256), 64, Bounds::Proven);
+    let counts = counts.draw(0..256, &mut vec![0; size(576, 256).pixel_bytes()]);
+    assert!(counts.sphere_tests < 40, "{counts:?}");
+}
+
+/// Up to `SMALL_CROWD` spheres a tile is drawn by masks, however much they overlap.
+#[test]
+fn a_small_crowd_is_drawn_by_masks() {
+    for (count, by_packets) in [(SMALL_CROWD, 0), (SMALL_CROWD + 1, 64 * 64)] {
+        let mut spheres: Vec<[f32; 4]> = Vec::new();
+        spheres.extend((0..count).map(|at| [0.0, 0.0, 1e4 + at as f32 * 10.0, 9e3]));
+        spheres.extend([[0.0, 0.0, -9.0, 1.0]; FEW_SPHERES]);
+        let scene = scene_of(&spheres);
+        let renderer = tuned(&scene, size(64, 64), 64, Bounds::Proven);
+        let counts = renderer.draw(0..64, &mut vec![0; 3 * 64 * 64]);
+        assert_eq!(counts.pixels_in_packets, by_packets, "{count}: {counts:?}");
+    }
+}

@@ -155,12 +155,25 @@ fn rectangles_hold_the_packets_of_their_boxes_and_no_more() {
             assert!(ends[0] == -down && ends[1] <= down, "{first} to {last}");
             assert!(ends[1] >= down - 2.0, "{first} to {last}");
             assert!(down >= 1.0);
+            let placement = tile.placement(&EightRecords::of(&[record]));
+            let (middle, most) = (of(placement.rows), of(placement.down));
+            // `|q| <= 41` in the proof; all rows of the octets are within.
+            assert!(most <= 41.0 && most <= (last - first) / 2.0 + 10.0);
+            let octets = [
+                (first / 8.0).floor() * 8.0,
+                (last / 8.0).floor() * 8.0 + 7.0,
+            ];
+            assert!(
+                octets
+                    .iter()
+                    .all(|row| (128.0 + row - middle).abs() <= most)
+            );
         }
     }
 }
 
-/// A tile, and what is left of some spheres in it.
-fn left(tile: &Tile, spheres: &[[f32; 4]]) -> (Vec<u32>, bool) {
+/// What some spheres cover in a tile.
+fn covered(tile: &Tile, spheres: &[[f32; 4]]) -> Coverage {
     let viewport = Viewport {
         width: 0.02,
         height: 0.02,
@@ -187,6 +200,12 @@ fn left(tile: &Tile, spheres: &[[f32; 4]]) -> (Vec<u32>, bool) {
     let records: Vec<Record> = (0..).zip(spheres).map(record).collect();
     let mut coverage = Coverage::default();
     coverage.find(&grid, tile, &records, Bounds::Proven);
+    coverage
+}
+
+/// The spheres that are not hidden, and whether one covers the tile.
+fn left(tile: &Tile, spheres: &[[f32; 4]]) -> (Vec<u32>, bool) {
+    let coverage = covered(tile, spheres);
     let index = |&at: &usize| coverage.spheres[at].record.index;
     let order = coverage.order.iter().map(index).collect();
     (order, coverage.is_covered)
@@ -224,6 +243,9 @@ fn what_is_behind_a_wall_is_dropped() {
         assert_eq!(left(&tile, &[aslant, wall, close, behind]), (vec![1], true));
         assert_eq!(left(&tile, &[before, behind]), (vec![1, 0], false));
     }
+    // Inverse depths are compared pixel by pixel only where intervals overlap.
+    assert!(covered(&whole, &[wall, before, behind]).depths.is_empty());
+    assert_eq!(covered(&whole, &[wall, close]).depths.len(), 2);
     // A small sphere covers what is drawn of a tile.
     let some = Tile {
         column: 192,
