@@ -228,23 +228,30 @@ mod tests {
         }
     }
 
-    /// Only a file that appeared meanwhile is a reason to look again.
     #[test]
-    fn a_file_that_can_not_be_named_is_reported_at_once() {
+    fn only_a_file_that_appeared_meanwhile_is_a_reason_to_look_again() {
         let folder = tempfile::tempdir().expect("a folder");
-        let (file, draft) =
-            Draft::create(&folder.path().join("image.ppm"), false, |_| ()).expect("a draft");
-        let target = Target {
-            path: folder.path().join("no folder/image.ppm"),
-            found: None,
-        };
-        let looks = Cell::new(0);
-        let published = draft.publish(&file, &target, || {
-            looks.set(looks.get() + 1);
-            Ok(false)
-        });
-        assert!(published.is_err());
-        assert_eq!(looks.get(), 1);
+        let there = folder.path().join("image.ppm");
+        std::fs::write(&there, "another process's").expect("a file");
+        for (path, is_published, expected) in [
+            (there.clone(), true, 2),
+            (folder.path().join("no folder/image.ppm"), false, 1),
+        ] {
+            let (file, draft) = Draft::create(&there, false, |_| ()).expect("a draft");
+            if draft.name.is_some() {
+                eprintln!("skipped: no files without a name here");
+                return;
+            }
+            let target = Target { path, found: None };
+            let looks = Cell::new(0);
+            let published = draft.publish(&file, &target, || {
+                looks.set(looks.get() + 1);
+                Ok(false)
+            });
+            assert_eq!(published.is_ok(), is_published);
+            assert_eq!(looks.get(), expected);
+        }
+        assert_eq!(std::fs::read(&there).expect("the new one"), b"");
     }
 
     #[test]

@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_the_beginning_of_a_comment_is_kept() {
+    fn only_some_of_a_comment_and_of_the_word_before_it_is_kept() {
         let comment_of = |text: &[u8]| {
             let mut comment = Comment::after(b"1.5", true);
             text.iter().for_each(|&byte| comment.take(byte));
@@ -86,6 +86,8 @@ mod tests {
         assert_eq!(comment_of(b"f00 f00\nfff\n"), b"f00");
         assert_eq!(comment_of(b"\nf00\n"), b"");
         let long = [b'f'; 1000];
-        assert_eq!(comment_of(&long), long[..LONGEST_QUOTE / 2]);
+        let longest = &long[..LONGEST_QUOTE / 2];
+        assert_eq!(comment_of(&long), longest);
+        assert_eq!(Comment::after(&long, true).word_before, longest);
     }
 }

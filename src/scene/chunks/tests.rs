@@ -54,6 +54,11 @@ fn well_formed_spheres_are_read_whatever_is_between_them() {
     let text = spheres_with("\n") + "# S";
     let (read, _) = read_in(&text, Sizes::USUAL, u32::MAX).expect("spheres");
     assert!(read.ends_in_comment);
+    for (length, is_read) in [(MAX_WORD, true), (MAX_WORD + 1, false)] {
+        let text = format!("S 0 0 {}5 1 9 9 9", "0".repeat(length - 1));
+        let is_read_here = read_in(&text, Sizes::USUAL, u32::MAX).is_some();
+        assert_eq!(is_read_here, is_read, "{length}");
+    }
 }
 
 #[test]
