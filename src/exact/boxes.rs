@@ -229,14 +229,9 @@ fn ends_beside(sphere: &Sphere, across: f32, scale: f64, side: u32) -> Option<(u
     if w <= 0.0 {
         return Some((0, last));
     }
-    let [x, z, r] = [across.abs(), centre[2], radius].map(double);
-    let [ahead, back] = touching_beside([x, z, r], w);
-    let slope = if z >= 0.0 { ahead } else { back };
-    let pixels = slope * scale;
-    let slack = BOX_BOUND * (pixels.abs() + f64::from(side));
-    let middle = 0.5 * f64::from(last);
+    let lengths = [across.abs(), centre[2], radius].map(double);
     // NaN, from a plane at infinity, gives no bound.
-    let first = (middle + pixels - slack).ceil().max(0.0);
+    let first = first_beside(lengths, w, scale, side).ceil().max(0.0);
     if first > f64::from(last) {
         return None;
     }
@@ -246,6 +241,16 @@ fn ends_beside(sphere: &Sphere, across: f32, scale: f64, side: u32) -> Option<(u
     } else {
         (0, last - first)
     })
+}
+
+/// The end of the columns of a sphere with `-r < Cz <= r` to the right of the middle, as a real number;
+/// `w` is above 0.
+fn first_beside([x, z, r]: [f64; 3], w: f64, scale: f64, side: u32) -> f64 {
+    let [ahead, back] = touching_beside([x, z, r], w);
+    let slope = if z >= 0.0 { ahead } else { back };
+    let pixels = slope * scale;
+    let slack = BOX_BOUND * (pixels.abs() + f64::from(side));
+    0.5 * f64::from(side - 1) + pixels - slack
 }
 
 /// No hit has a greater inverse depth.

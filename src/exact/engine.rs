@@ -59,3 +59,24 @@ impl<'scene> Engine<'scene> {
         draw_band(&self.prepared, rows, bytes, &mut scratch)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{camera::ImageSize, testing::families::cloud};
+
+    /// The memory of the bins and of the bands.
+    #[test]
+    fn a_workspace_holds_what_the_engine_used() {
+        let scene = cloud(1000, 3);
+        let size = ImageSize::new(64, 64).expect("a size");
+        let camera = Camera::new(scene.viewport, size);
+        let engine = Engine::new(&scene, camera, Tuning::default(), Workspace::default());
+        engine.draw_band(0..64, &mut vec![0; size.pixel_bytes()]);
+        let Workspace { bins, scratches } = engine.into_workspace();
+        let unused = Workspace::default();
+        let length = |of: &dyn std::fmt::Debug| format!("{of:?}").len();
+        assert!(length(&bins) > 10_000 + length(&unused.bins));
+        assert!(length(&scratches) > 10_000 + length(&unused.scratches));
+    }
+}

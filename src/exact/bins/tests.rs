@@ -218,3 +218,22 @@ fn memory_for_records_is_kept() {
         assert!(records.all().len() > room);
     }
 }
+
+/// What bins took of a room is there again when they have returned it.
+#[test]
+fn bins_return_their_memory() {
+    let size = ImageSize::new(64, 64).expect("a size");
+    let viewport = Viewport::new(1.0, 1.0, 1.0).expect("a viewport");
+    let grid = Grid::new(Camera::new(viewport, size));
+    let sphere = Sphere {
+        centre: [0.0, 0.0, 9.0],
+        radius: 1.0,
+        colour: [0; 3],
+    };
+    let spheres: Spheres = std::iter::repeat_n(sphere, 1000).collect();
+    let room = Room::default();
+    let bins = Bins::new(&spheres, &grid, 64, Bounds::Proven, &room);
+    let records = bins.runs[0].records.all().as_ptr();
+    bins.return_to(&room);
+    assert_eq!(room.runs.take().records.all().as_ptr(), records);
+}

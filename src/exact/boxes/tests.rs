@@ -3,7 +3,8 @@
 use wide::{f32x8, f64x8};
 
 use super::{
-    ALL, Boxes, FLOAT_RANGE, FLOAT_SCALES, Grid, LANES, Sphere, in_range, whole, whole_floats,
+    ALL, BOX_BOUND, Boxes, FLOAT_RANGE, FLOAT_SCALES, Grid, LANES, Sphere, first_beside, in_range,
+    power_of_camera, whole, whole_floats,
 };
 use crate::{
     camera::{Camera, ImageSize},
@@ -244,6 +245,40 @@ fn no_pole_is_nearer_than_the_box_says() {
     assert!(poles > 10_000, "only {poles} poles");
     assert!(beside > 500, "only {beside} nearest points");
     assert!(in_float > 1_000, "only {in_float} poles in floats");
+}
+
+/// As a real number, not only at the next column.
+#[test]
+fn no_column_before_the_first_beside_is_hit() {
+    let (mut ends, mut near) = (0, 0);
+    each_trial(100_000, |trial, _| {
+        let mut trial = *trial;
+        let [x, _, z] = trial.sphere.centre;
+        let r = trial.sphere.radius;
+        (trial.sphere.centre[0], trial.sphere.centre[1]) = (x.abs(), 0.0);
+        let (w, side) = (power_of_camera(&trial.sphere), trial.camera.size().width());
+        if !(-r < z && z <= r && w > 0.0 && side > 1) {
+            return Ok(());
+        }
+        let grid = Grid::new(trial.camera);
+        let lengths = [x.abs(), z, r].map(f64::from);
+        let first = first_beside(lengths, w, grid.x_axis.scale, side);
+        if !(0.0..f64::from(side)).contains(&first) {
+            return Ok(());
+        }
+        ends += 1;
+        if meets_plane(&trial, 0, first) {
+            return Err(format!("column {first:e} is hit"));
+        }
+        // A slack of no more than twice the bound.
+        let slack = BOX_BOUND * 2.0 * (first.abs() + 2.0 * f64::from(side));
+        near += u64::from(meets_plane(&trial, 0, first + 2.0 * slack));
+        Ok(())
+    });
+    assert!(
+        ends > 2_000 && near > ends * 9 / 10,
+        "only {ends} ends, {near} near"
+    );
 }
 
 /// Spheres that touch the plane of a column exactly: 3-4-5 triangles so long that

@@ -328,6 +328,12 @@ fn no_hit_is_farther_than_the_lower_bound() {
         let outline = placed(trial, &grid, splat(f64::from(trial.row)), splat(8.0));
         let [x, y, z] = trial.sphere.centre.map(f64::from);
         let r = f64::from(trial.sphere.radius);
+        if z <= r && outline.lower != 0.0 {
+            return Err(format!(
+                "{:e} of a sphere that is not before the camera",
+                outline.lower
+            ));
+        }
         let (across, squared) = (x.hypot(y), x * x + y * y + z * z);
         let root = (squared - r * r).sqrt();
         let around = r * root / squared;
