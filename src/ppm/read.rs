@@ -545,6 +545,20 @@ mod tests {
     }
 
     #[test]
+    fn groups_of_rows_are_large_but_take_little_memory() {
+        let mut small = row_groups(size(200, 300), 1..300);
+        assert_eq!((small.next(), small.next()), (Some(1..300), None));
+        let size = size(20_000, 1000);
+        let large: Vec<_> = row_groups(size, 0..1000).collect();
+        assert_eq!(large.first().map(|group| group.start), Some(0));
+        assert_eq!(large.last().map(|group| group.end), Some(1000));
+        assert!(large.windows(2).all(|pair| pair[0].end == pair[1].start));
+        let most = large.iter().map(ExactSizeIterator::len).max();
+        let most = most.expect("groups") * size.row_bytes();
+        assert!((BUFFER_BYTES / 2..=BUFFER_BYTES).contains(&most), "{most}");
+    }
+
+    #[test]
     fn what_follows_the_last_row_is_refused_once_that_is_read() {
         let bytes = b"P6 1 2 255\nabcdefg";
         let size = size(1, 2);
