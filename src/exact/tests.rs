@@ -1026,25 +1026,36 @@ fn a_large_sphere_is_tested_in_the_tiles_that_its_box_meets() {
     }
 }
 
-/// Two spheres of one colour that each cover tiles, and the background between them.
+/// Two spheres of one colour whose outlines are the sides of tiles, nearly straight, and the background
+/// between them.
 #[test]
 fn tiles_of_one_colour_do_not_spread() {
-    let mut spheres = vec![[-190.0, 0.0, 256.0, 85.0], [190.0, 0.0, 256.0, 85.0]];
-    // With a small sphere no whole rows are painted.
-    spheres.push([0.0, 120.0, 256.0, 3.0]);
-    spheres.extend([[0.0, 0.0, -9.0, 1.0]; FEW_SPHERES]);
-    let mut scene = scene_of(&[]);
-    (scene.viewport.width, scene.viewport.height) = (576.0, 256.0);
-    let of_one_colour = |[x, y, z, radius]: [f32; 4]| Sphere {
-        centre: [x, y, z],
-        radius,
-        colour: [9; 3],
+    // A plane through the camera and the y axis touches it at a distance of 1000.
+    let beside = |edge: f32, sign: f32| {
+        let slope = (edge - 159.5) / 256.0;
+        let length = (1.0 + slope * slope).sqrt();
+        let (along, across) = (1000.0 / length, sign * 3000.0 / length);
+        Sphere {
+            centre: [along * slope + across, 0.0, along - across * slope],
+            radius: 3000.0,
+            colour: [9; 3],
+        }
     };
-    scene.spheres = spheres.into_iter().map(of_one_colour).collect();
-    assert_drawn(&scene, size(576, 256), "one colour");
-    let counts = tuned(&scene, size(576, 256), 64, Bounds::Proven);
-    let counts = counts.draw(0..256, &mut vec![0; size(576, 256).pixel_bytes()]);
-    assert!(counts.sphere_tests < 40, "{counts:?}");
+    let mut scene = scene_of(&[]);
+    (scene.viewport.width, scene.viewport.height) = (319.0, 63.0);
+    scene.spheres = [beside(127.5, -1.0), beside(191.5, 1.0)]
+        .into_iter()
+        .collect();
+    let size = size(320, 64);
+    assert_drawn(&scene, size, "one colour");
+    // What a tile of one colour is.
+    let counts =
+        tuned(&scene, size, 64, Bounds::Proven).draw(0..64, &mut vec![0; size.pixel_bytes()]);
+    assert_eq!(
+        (counts.sphere_tests, counts.pixels_in_packets),
+        (4, 0),
+        "{counts:?}"
+    );
 }
 
 /// Up to `SMALL_CROWD` spheres a tile is drawn by masks, however much they overlap.
