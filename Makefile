@@ -46,12 +46,13 @@ fuzz:
 	    -max_len=400 -max_total_time=$(SECONDS)
 	@echo "make fuzz: nothing found"
 
-## mutants   the code changed in one place at a time: which changes no test notices; days, or: make mutants MUTANTS="--file src/exact/boxes.rs"
+## mutants   the code changed in one place at a time: which changes no test notices; days, or: make mutants FILES=src/exact/boxes.rs
 # Of all, a share: MUTANTS="--shard 0/50 --sharding round-robin". Results go to target/mutants.out.
+FILES := src/camera.rs src/exact/** src/ppm/** src/reference.rs src/render.rs src/scene.rs src/scene/**
 mutants:
 	@cargo mutants --version || { echo "cargo-mutants is missing: it is installed now" && cargo install cargo-mutants --locked; }
 	@mkdir -p target
-	CARGO_PROFILE_DEV_DEBUG=0 cargo mutants --output target --jobs 1 $(MUTANTS)
+	CARGO_PROFILE_DEV_DEBUG=0 cargo mutants --output target --jobs 1 $(FILES:%=--file '%') $(MUTANTS)
 
 ## sanitize   the address sanitizer: tests of the library, of bit identity, of the program and of hostile scenes
 # It needs a flag that stable compilers take in this way only.
