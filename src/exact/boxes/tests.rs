@@ -160,6 +160,8 @@ fn boxes_leave_nothing_out() {
 #[test]
 fn floats_are_used_within_their_ranges_only() {
     let (least, most) = (FLOAT_RANGE.start, FLOAT_RANGE.end);
+    // A scene of ordinary lengths is within.
+    assert!(least < 1e-6 && most > 1e6);
     let fit = |lengths: [f32; 4]| in_range(lengths.map(f32x8::splat)) == ALL;
     for sign in [-1.0, 1.0] {
         assert!(fit([sign * most, sign * most, most, 1.0]));
