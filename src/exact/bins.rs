@@ -372,8 +372,8 @@ impl Run {
             starts.clear();
             return;
         }
-        // The place behind the last record is for parts that there are not, so that no branch
-        // depends on how many tiles a sphere has.
+        // Parts that do not exist are written to the place behind the last record, so that no
+        // branch depends on how many tiles a sphere has.
         self.records.reserve(total as usize + 1);
         let records = self.records.all_mut();
         for (first, placed) in (first..).step_by(LANES).zip(eights) {
@@ -390,7 +390,7 @@ impl Run {
             for lane in set_bits(u64::from(placed.across | placed.down)) {
                 for part in placed.other_parts(lane, tiles) {
                     let start = &mut starts[part.tile];
-                    records[*start as usize] = eight[lane].with_sides(part.sides);
+                    records[*start as usize] = eight[lane].with_sides(part.sides.to_le_bytes());
                     *start += part.count;
                 }
             }
@@ -577,10 +577,9 @@ impl Record {
         [self.left, self.right, self.top, self.bottom]
     }
 
-    /// The same sphere in another tile.
+    /// The same sphere with another box, as [`sides`](Self::sides) has it.
     #[inline]
-    fn with_sides(self, sides: u32) -> Self {
-        let [left, right, top, bottom] = sides.to_le_bytes();
+    pub(super) fn with_sides(self, [left, right, top, bottom]: [u8; 4]) -> Self {
         Self {
             left,
             right,

@@ -107,9 +107,7 @@ impl Tile {
             down,
         }
     }
-}
 
-impl Tile {
     /// The outlines of up to eight records are around the middle rows of their boxes.
     #[inline]
     fn placement(&self, records: &EightRecords) -> Placement {

@@ -82,8 +82,6 @@ pub(super) struct Crowd {
     records: Vec<Record>,
     /// The boxes of the spheres that were met.
     boxes: Vec<EightBoxes>,
-    /// The inverse depth behind which one large sphere hides everything.
-    floor: f32,
     sorted: Vec<Record>,
     keys: Vec<u64>,
     hidden: Hidden,
@@ -108,10 +106,10 @@ impl Crowd {
     /// Gathers the spheres of a tile, the `large` ones and the small ones. Returns whether they
     /// are worth sorting.
     pub(super) fn gather(&mut self, crowded: &PreparedTile<'_>, large: &mut Vec<Record>) -> bool {
-        self.floor = self.refine(crowded, large);
+        let floor = refine(crowded, large);
         self.records.clear();
         self.records.extend_from_slice(large);
-        crowded.append_small(self.floor, &mut self.records);
+        crowded.append_small(floor, &mut self.records);
         self.is_deep(large.len())
     }
 
@@ -162,31 +160,6 @@ impl Crowd {
         }
     }
 
-    /// Gives large spheres the bounds of their inverse depths in this tile, and drops those that
-    /// are hidden in it. Returns the inverse depth behind which everything is hidden.
-    fn refine(&self, crowded: &PreparedTile<'_>, large: &mut Vec<Record>) -> f32 {
-        let mut floor = f32::NEG_INFINITY;
-        if crowded.bounds != Bounds::Proven {
-            return floor;
-        }
-        let tile = &crowded.tile;
-        for chunk in large.chunks_mut(LANES) {
-            let eight = EightRecords::of(chunk);
-            let depths = Depths::new(crowded.grid, &tile.rectangles(&eight), &eight.spheres);
-            let last = chunk.len() - 1;
-            let uppers = std::array::from_fn(|lane| chunk[lane.min(last)].upper);
-            let ranges = depths.ranges([0.0; LANES], uppers);
-            for (lane, record) in chunk.iter_mut().enumerate() {
-                record.upper = ranges.upper[lane];
-                if ranges.covered >> lane & 1 == 1 && tile.is_all_of(record) {
-                    floor = floor.max(ranges.lower[lane]);
-                }
-            }
-        }
-        large.retain(|record| record.upper >= floor.max(0.0) && !tile.is_beside(record));
-        floor
-    }
-
     /// Meets all spheres of the tile; if `sorted`, the nearest first and each only in the
     /// blocks where it isn't hidden.
     fn meet_all<const PROVEN: bool>(
@@ -196,7 +169,7 @@ impl Crowd {
         pixels: &mut [PixelRow],
     ) {
         self.boxes.clear();
-        // What the wall of the tile hides is not among the records.
+        // What one large sphere hides in the whole tile has not been gathered.
         self.hidden = Hidden {
             next_floors: FIRST_FLOORS,
             ..Hidden::default()
@@ -338,6 +311,31 @@ impl PreparedTile<'_> {
         let corner = (self.tile.column, self.tile.row);
         InDoubles::new(self.grid, self.bounds, corner, record).meet(pixels, wanted)
     }
+}
+
+/// Gives large spheres the bounds of their inverse depths in this tile, and drops those that
+/// are hidden in it. Returns the inverse depth behind which one of them hides everything.
+fn refine(crowded: &PreparedTile<'_>, large: &mut Vec<Record>) -> f32 {
+    let mut floor = f32::NEG_INFINITY;
+    if crowded.bounds != Bounds::Proven {
+        return floor;
+    }
+    let tile = &crowded.tile;
+    for chunk in large.chunks_mut(LANES) {
+        let eight = EightRecords::of(chunk);
+        let depths = Depths::new(crowded.grid, &tile.rectangles(&eight), &eight.spheres);
+        let last = chunk.len() - 1;
+        let uppers = std::array::from_fn(|lane| chunk[lane.min(last)].upper);
+        let ranges = depths.ranges([0.0; LANES], uppers);
+        for (lane, record) in chunk.iter_mut().enumerate() {
+            record.upper = ranges.upper[lane];
+            if ranges.covered >> lane & 1 == 1 && tile.is_all_of(record) {
+                floor = floor.max(ranges.lower[lane]);
+            }
+        }
+    }
+    large.retain(|record| record.upper >= floor.max(0.0) && !tile.is_beside(record));
+    floor
 }
 
 /// Meets a sphere in some blocks of its box, and perhaps in pixels beside them.

@@ -223,6 +223,14 @@ impl Trial {
         EightSpheres::of(std::iter::once(self.lengths()))
     }
 
+    /// The grid of its camera, with a scale that suits the sphere.
+    pub(super) fn grid(&self, random: &mut Random) -> Grid {
+        let mut grid = Grid::new(self.camera);
+        let boxes = Boxes::new(&grid, &self.eight());
+        grid.scale = scale(boxes.upper[0], random);
+        grid
+    }
+
     /// The tile that holds the pixel.
     pub(super) fn tile(&self) -> Tile {
         let size = self.camera.size();

@@ -202,13 +202,7 @@ fn the_blocks_of_a_box_are_those_that_have_a_pixel_of_it() {
     for first in 0..SIDE as u8 {
         for last in first..SIDE as u8 {
             for (left, right, top, bottom) in [(first, last, 0, 7), (9, 30, first, last)] {
-                let record = Record {
-                    left,
-                    right,
-                    top,
-                    bottom,
-                    ..Record::default()
-                };
+                let record = Record::default().with_sides([left, right, top, bottom]);
                 let side = LANES as u8;
                 let (columns, rows) = (left / side..=right / side, top / side..=bottom / side);
                 let mut blocks = 0;

@@ -55,9 +55,7 @@ fn places(trial: &Trial, around: &Rectangles, random: &mut Random) -> Vec<[f64; 
 fn floats_are_within_their_bounds() {
     let (mut known, mut met, mut sure) = (0, 0, 0);
     each_trial(60_000, |trial, random| {
-        let mut grid = Grid::new(trial.camera);
-        let boxes = Boxes::new(&grid, &trial.eight());
-        grid.scale = scale(boxes.upper[0], random);
+        let grid = trial.grid(random);
         let around = rectangles(trial, random);
         let middle = [around.columns, around.rows].map(|lanes| lanes.to_array()[0]);
         let in_doubles = Depths::new(&grid, &around, &trial.eight());
@@ -281,9 +279,7 @@ fn depths_are_known_up_to_the_greatest() {
 fn bounds_of_ranges_have_all_terms() {
     let mut compared = [0; 3];
     each_trial(30_000, |trial, random| {
-        let mut grid = Grid::new(trial.camera);
-        let boxes = Boxes::new(&grid, &trial.eight());
-        grid.scale = scale(boxes.upper[0], random);
+        let grid = trial.grid(random);
         let around = rectangles(trial, random);
         let depths = Depths::new(&grid, &around, &trial.eight());
         if depths.known.to_bitmask() & 1 == 0 || depths.missed.to_bitmask() & 1 == 1 {

@@ -86,9 +86,7 @@ fn intervals_hold_the_exact_inverse_depth() {
 fn doubles_hold_the_exact_inverse_depth() {
     let mut kinds = [0; 3];
     each_trial(30_000, |trial, random| {
-        let mut grid = Grid::new(trial.camera);
-        let boxes = Boxes::new(&grid, &trial.eight());
-        grid.scale = scale(boxes.upper[0], random);
+        let grid = trial.grid(random);
         // The trial's pixel is the first of the tile, or any lane of its packet.
         let lane = (random.below(8) as u32).min(trial.column);
         let record = Record {
@@ -179,9 +177,7 @@ fn widths_are_rounded_up_to_powers_of_two() {
 fn packets_evaluate_what_is_counted() {
     let mut seen = 0;
     each_trial(20_000, |trial, random| {
-        let mut grid = Grid::new(trial.camera);
-        let boxes = Boxes::new(&grid, &trial.eight());
-        grid.scale = scale(boxes.upper[0], random);
+        let grid = trial.grid(random);
         let around = rectangles(trial, random);
         let depths = Depths::new(&grid, &around, &trial.eight()).to_floats(Bounds::Proven);
         let p = f32x8::new(STEPS) + f32x8::splat(depths.p[0]);
@@ -272,13 +268,7 @@ fn packets_are_counted() {
     let around = rectangles(&trial, &mut Random::new(0));
     let depths = Depths::new(&grid, &around, &trial.eight()).to_floats(Bounds::Proven);
     let met = |[left, right, top, bottom]: [u8; 4], wanted: &[u64; SIDE]| {
-        let record = Record {
-            left,
-            right,
-            top,
-            bottom,
-            ..Record::default()
-        };
+        let record = Record::default().with_sides([left, right, top, bottom]);
         let meetings = Meetings::new(&depths, &EightRecords::of(&[record]));
         let mut rows = vec![PixelRow::new(BACKGROUND); SIDE];
         let [from, to, first, last] = [left, right + 1, top, bottom + 1].map(usize::from);

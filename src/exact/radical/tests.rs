@@ -45,20 +45,44 @@ fn depths(trial: &Trial, grid: &Grid, record: &Record) -> SphereDepths {
     depths.of_sphere(0, &eight.spheres, (tile.column, tile.row), Bounds::Proven)
 }
 
+/// Two spheres whose boxes in the trial's tile have pixels in common.
+struct Meeting {
+    grid: Grid,
+    region: Region,
+    records: [Record; 2],
+    depths: [SphereDepths; 2],
+}
+
+impl Meeting {
+    fn of(trial: &Trial, random: &mut Random) -> Option<Self> {
+        let mut grid = Grid::new(trial.camera);
+        let records = pair(trial, &grid, random)?;
+        grid.scale = scale(records[0].upper, random);
+        let region = Region::of(&records[0], &records[1])?;
+        let depths = records.map(|record| depths(trial, &grid, &record));
+        Some(Self {
+            grid,
+            region,
+            records,
+            depths,
+        })
+    }
+}
+
 #[test]
 fn the_nearer_sphere_is_the_one_that_is_seen() {
     let (mut constant, mut varied, mut undecided) = ([0, 0], [0, 0], 0);
     let mut of_powers = [0; 6];
     each_trial(40_000, |trial, random| {
-        let mut grid = Grid::new(trial.camera);
-        let Some([first, second]) = pair(trial, &grid, random) else {
+        let Some(meeting) = Meeting::of(trial, random) else {
             return Ok(());
         };
-        grid.scale = scale(first.upper, random);
-        let Some(region) = Region::of(&first, &second) else {
-            return Ok(());
-        };
-        let [of_first, of_second] = [first, second].map(|record| depths(trial, &grid, &record));
+        let Meeting {
+            grid,
+            region,
+            records: [first, second],
+            depths: [of_first, of_second],
+        } = meeting;
         let powers = match [of_first.power, of_second.power] {
             [a, b] if a == 0.0 && b == 0.0 => 0,
             [a, b] if a == b => 1,
@@ -187,15 +211,15 @@ fn differences_of_powers_are_known_beyond_their_limits() {
 fn bounds_of_sides_have_all_terms() {
     let mut compared = [0, 0];
     each_trial(30_000, |trial, random| {
-        let mut grid = Grid::new(trial.camera);
-        let Some([first, second]) = pair(trial, &grid, random) else {
+        let Some(meeting) = Meeting::of(trial, random) else {
             return Ok(());
         };
-        grid.scale = scale(first.upper, random);
-        let Some(region) = Region::of(&first, &second) else {
-            return Ok(());
-        };
-        let [of_first, of_second] = [first, second].map(|record| depths(trial, &grid, &record));
+        let Meeting {
+            grid,
+            region,
+            records: [first, second],
+            depths: [of_first, of_second],
+        } = meeting;
         let nearer = compare(&grid, Bounds::Proven, region, &of_first, &of_second);
         let Nearer::Varies(seam) = nearer else {
             return Ok(());
