@@ -42,7 +42,7 @@ pub(super) const U_DOUBLE_DOUBLE: f64 = 16.0 * U * U;
 /// | --- | --- | --- |
 /// | to a float | 1 | 1 |
 /// | the factor, the sum, and less than 98 before: of doubles | `2^-22` | `1 + 2^-22` |
-/// | `c` of the farthest visible point, in all `2^-31` | `2^-7` | below `1 + 2^-6` |
+/// | `c` of the farthest visible point, or `B` of [`SURFACE_LIMIT`], in all `2^-31` | `2^-7` | below `1 + 2^-6` |
 /// | to spare | above `1 - 2^-6` | 2 |
 pub(super) const TO_FLOAT: f64 = 2.0 * U32;
 
@@ -293,6 +293,18 @@ pub(super) const STEADY_RATIO: f64 = 8.0;
 /// the middle: 5.7 where that bound is below `9/16` of the `D` in the middle. Elsewhere the
 /// bound of the plane is then below `b` (theorem 5), for which any smaller number is too little.
 pub(super) const TANGENT_BOUND: f64 = 8.0;
+
+/// Of `B` of a sphere on whose surface the camera is, if less than this share of the magnitudes of
+/// its terms is left, too much has cancelled for it to be used. A choice, for which what is used is wrong by less than
+/// the `2^-31` that [`TO_FLOAT`] holds:
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | `X` or `Y` | 3 | 3 |
+/// | the product, two sums | 3 | 6 |
+/// | to spare | 1 | 7 |
+/// | over `2^-19` | | below `2^-31` |
+pub(super) const SURFACE_LIMIT: f64 = 1.0 / (1 << 19) as f64;
 
 // Radical planes: theorem 10.
 

@@ -376,3 +376,12 @@ pub(super) fn farthest<N: Number>([x, y, z, r]: [N; 4], yz: N, c: N) -> N {
 pub(super) fn nearest_beside<N: Number>(reach: N, [x, y, z, r]: [N; 4], c: N) -> N {
     reach * ((x * x + y * y + z * z).root() + r) / c
 }
+
+/// `A` and `B` of a ray and a sphere on whose surface the camera is: `1/z = A/(2 B)`.
+#[inline(always)]
+pub(super) fn on_the_surface<N: Number>([x, y, z]: [N; 3], [ray_x, ray_y]: [N; 2]) -> [N; 2] {
+    [
+        ray_x.times_plus(ray_x, ray_y.times_plus(ray_y, N::constant(1.0))),
+        x.times_plus(ray_x, y.times_plus(ray_y, z)),
+    ]
+}

@@ -20,14 +20,15 @@ use wide::{f32x8, f64x8, u32x8};
 
 use super::{
     bins::{EightBoxes, EightRecords, Record},
+    bounds::SURFACE_LIMIT,
     depths::FloatDepths,
-    grid::{Grid, SIDE, STEPS, float_above, float_below},
-    kernels::{in_column, in_row},
+    grid::{Grid, SIDE, STEPS, float_above, float_below, splat},
+    kernels::{in_column, in_row, on_the_surface},
     paint::colour_lane,
-    sight::{Rays, Sights, Targets},
+    sight::{Rays, Sights, Targets, power_of_camera},
     tuning::Bounds,
 };
-use crate::spheres::LANES;
+use crate::spheres::{LANES, Sphere, double};
 
 #[cfg(test)]
 mod tests;
@@ -296,16 +297,14 @@ impl<'a> Meetings<'a> {
     }
 }
 
-/// A sphere to meet in doubles, in a tile: one whose inverse depths are beyond floats.
+/// A sphere to meet in doubles, in a tile: one whose inverse depths are beyond floats, or on whose
+/// surface the camera is.
 pub(super) struct InDoubles<'a> {
     grid: &'a Grid,
     bounds: Bounds,
     /// The tile's first column and row.
     corner: (u32, u32),
     record: &'a Record,
-    target: Targets<f64x8>,
-    /// The factor from inverse depths of a ray through the viewport to those of the grid.
-    scale: f64,
 }
 
 impl<'a> InDoubles<'a> {
@@ -320,24 +319,56 @@ impl<'a> InDoubles<'a> {
             bounds,
             corner,
             record,
-            target: Targets::of(std::iter::once(record.sphere)),
-            scale: grid.scale / grid.camera().z_double(),
         }
     }
 
     /// Meets the sphere in those pixels of its box that have a bit in `wanted`, and perhaps in
     /// pixels beside them. Returns the number of packets.
     pub(super) fn meet(&self, rows: &mut [PixelRow], wanted: &[u64; SIDE]) -> u64 {
+        if self.bounds == Bounds::Refused {
+            let anything = (f32x8::splat(0.0), f32x8::splat(f32::INFINITY));
+            return self.meet_each(rows, wanted, |_, _| anything);
+        }
+        let [x, y, z, radius] = self.record.sphere;
+        let sphere = Sphere {
+            centre: [x, y, z],
+            radius,
+            colour: self.record.colour,
+        };
+        if power_of_camera(&sphere) == 0.0 {
+            let surface = Surface::new(self.grid, &sphere);
+            return self.meet_each(rows, wanted, |column, row| surface.interval(column, row));
+        }
+        let targets = Targets::<f64x8>::of(std::iter::once(self.record.sphere));
+        // The factor from inverse depths of a ray through the viewport to those of the grid.
+        let scale = splat(self.grid.scale / self.grid.camera().z_double());
+        self.meet_each(rows, wanted, |column, row| {
+            let rays = Rays::of_row(self.grid.camera(), column, row);
+            let sights = Sights::new(&rays, &targets);
+            interval(sights.lower * scale, sights.upper * scale)
+        })
+    }
+
+    /// Meets it in packets, each with the bounds of its inverse depths in the eight pixels from a
+    /// column and a row of the picture on.
+    #[inline(always)]
+    fn meet_each(
+        &self,
+        rows: &mut [PixelRow],
+        wanted: &[u64; SIDE],
+        bounds: impl Fn(u32, u32) -> (f32x8, f32x8),
+    ) -> u64 {
         let [left, right, top, bottom] = self.record.sides().map(usize::from);
         let colour = u32x8::splat(colour_lane(self.record.colour));
         let mut met = 0;
-        for row in top..bottom + 1 {
-            for first in (left..right + 1).step_by(LANES) {
+        for first in (left..right + 1).step_by(LANES) {
+            for row in top..bottom + 1 {
                 if wanted[row] & 0xff << first == 0 {
                     continue;
                 }
+                let (column, line) = (self.corner.0 + first as u32, self.corner.1 + row as u32);
+                let (lower, upper) = bounds(column, line);
                 let pixels = &mut rows[row];
-                let (lower, upper) = self.interval(first, row);
                 let leader: f32x8 = packet(&pixels.upper, first);
                 let leads = upper.simd_gt(leader);
                 pixels.update(first, upper, leads, colour | exponents(upper - lower));
@@ -346,19 +377,60 @@ impl<'a> InDoubles<'a> {
         }
         met
     }
+}
 
-    /// The bounds of the inverse depths in eight pixels.
-    fn interval(&self, column: usize, row: usize) -> (f32x8, f32x8) {
-        if self.bounds == Bounds::Refused {
-            return (f32x8::splat(0.0), f32x8::splat(f32::INFINITY));
+/// Floats below and above bounds in doubles.
+#[inline(always)]
+fn interval(lower: f64x8, upper: f64x8) -> (f32x8, f32x8) {
+    (
+        f32x8::new(lower.to_array().map(float_below)),
+        f32x8::new(upper.to_array().map(float_above)),
+    )
+}
+
+/// A sphere on whose surface the camera is.
+struct Surface<'a> {
+    grid: &'a Grid,
+    centre: [f64x8; 3],
+    /// Where the magnitude of `B` is not above this, its sign is in doubt.
+    limit: f64x8,
+    /// Half of the scale of inverse depths.
+    scale: f64x8,
+}
+
+impl<'a> Surface<'a> {
+    fn new(grid: &'a Grid, sphere: &Sphere) -> Self {
+        let centre = sphere.centre.map(|length| splat(double(length)));
+        // No ray has a greater `X` or `Y` than that of the first pixel.
+        let first = splat(0.0);
+        let corner = [grid.x_axis.x(first), grid.y_axis.y(first)].map(f64x8::abs);
+        let [_, terms] = on_the_surface(centre.map(f64x8::abs), corner);
+        Self {
+            grid,
+            centre,
+            limit: splat(SURFACE_LIMIT) * terms,
+            scale: splat(0.5 * grid.scale),
         }
-        let (x, y) = (self.corner.0 + column as u32, self.corner.1 + row as u32);
-        let sights = Sights::new(&Rays::of_row(self.grid.camera(), x, y), &self.target);
-        let below = |lower: f64| float_below(lower * self.scale);
-        let above = |upper: f64| float_above(upper * self.scale);
-        (
-            f32x8::new(sights.lower.to_array().map(below)),
-            f32x8::new(sights.upper.to_array().map(above)),
+    }
+
+    /// ```text
+    /// 1/z = A/(2 B)      B > 0; else there is no hit
+    /// ```
+    ///
+    /// Of a hit in doubt the bounds are 0 and infinity. (Theorem 4.)
+    #[inline(always)]
+    fn interval(&self, column: u32, row: u32) -> (f32x8, f32x8) {
+        let columns = splat(f64::from(column)) + f64x8::new(STEPS.map(f64::from));
+        let x = self.grid.x_axis.x(columns);
+        let y = self.grid.y_axis.y(splat(f64::from(row)));
+        let [a, b] = on_the_surface(self.centre, [x, y]);
+        let inverse_depth = a / b * self.scale;
+        let hit = b.simd_gt(self.limit);
+        let missed = b.simd_lt(-self.limit);
+        let none = missed.select(splat(f64::NEG_INFINITY), splat(f64::INFINITY));
+        interval(
+            hit.select(inverse_depth, splat(0.0)),
+            hit.select(inverse_depth, none),
         )
     }
 }

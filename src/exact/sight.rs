@@ -16,7 +16,6 @@
 use wide::f64x8;
 
 use super::{
-    bits::set_bits,
     bounds::{
         CANCELLATION_LIMIT, SIGHT_CROSS, SIGHT_DOT, SIGHT_QUOTIENT, SIGHT_SQUARED_CROSS,
         SIGHT_SQUARED_RADIUS,
@@ -102,15 +101,14 @@ impl<N: Real> Targets<N> {
             last = spheres.next().unwrap_or(last);
             last
         });
-        let component = |at: usize| N::of(f64x8::new(eight.map(|sphere| double(sphere[at]))));
-        let powers = eight.map(power);
+        let component = |at: usize| f64x8::new(eight.map(|sphere| double(sphere[at])));
+        let lengths = [component(0), component(1), component(2), component(3)];
+        let (power, rest) = power(lengths);
+        let [x, y, z, radius] = lengths.map(N::of);
         Self {
-            centre: [component(0), component(1), component(2)],
-            radius: component(3),
-            power: N::of_sum(
-                f64x8::new(powers.map(|(power, _)| power)),
-                f64x8::new(powers.map(|(_, rest)| rest)),
-            ),
+            centre: [x, y, z],
+            radius,
+            power: N::of_sum(power, rest),
         }
     }
 }
@@ -191,9 +189,6 @@ impl<N: Real> Sights<N> {
         let (c, zero) = (targets.power, N::splat(0.0));
         let (outside, inside) = (c.exceeds(zero), zero.exceeds(c));
         let b = Ahead::new(rays, targets);
-        if (outside | inside).to_bitmask() == 0 {
-            return Self::from_the_surface(rays.a, b);
-        }
         let d = Discriminant::new(rays, targets);
         if outside.to_bitmask() == 0xff {
             return Self::from_outside(c, b, d);
@@ -253,8 +248,8 @@ impl<N: Real> Sights<N> {
 /// `c = C.C - r^2`, the power of the camera with respect to the sphere. Its sign is exact,
 /// zero included, and its relative error is at most 7 U.
 pub(super) fn power_of_camera(sphere: &Sphere) -> f64 {
-    let [x, y, z] = sphere.centre;
-    power([x, y, z, sphere.radius]).0
+    let [x, y, z] = sphere.centre.map(double);
+    power([x, y, z, double(sphere.radius)]).0
 }
 
 /// [`power_of_camera`] of eight spheres, whose `yz = Cy^2 + Cz^2` and `k = yz - r^2` are given. Where
@@ -262,37 +257,41 @@ pub(super) fn power_of_camera(sphere: &Sphere) -> f64 {
 /// `2^-32`.
 #[inline]
 pub(super) fn powers_of_camera(spheres: &EightSpheres, yz: f64x8, k: f64x8) -> f64x8 {
-    let sure = k.simd_gt(splat(CANCELLATION_LIMIT) * yz).to_bitmask();
+    let sure = k.simd_gt(splat(CANCELLATION_LIMIT) * yz);
     let powers = spheres.x.mul_add(spheres.x, k);
-    if sure == 0xff {
+    if sure.to_bitmask() == 0xff {
         return powers;
     }
-    let mut lanes = powers.to_array();
-    for lane in set_bits(u64::from(!sure & 0xff)) {
-        lanes[lane] = power_of_camera(&spheres.sphere(lane));
-    }
-    f64x8::new(lanes)
+    sure.select(powers, exact_powers(spheres))
 }
 
-/// `c` as a double and its rounding error, which together have twice the digits.
+fn exact_powers(&EightSpheres { x, y, z, r }: &EightSpheres) -> f64x8 {
+    power([x, y, z, r]).0
+}
+
+/// `c` of lengths that are floats, as a double and its rounding error, which together have twice
+/// the digits.
 ///
 /// The squares are exact in doubles. Their sum is kept as an expansion of doubles that do not
 /// overlap, whose largest component has the sign (J. Shewchuk,
 /// Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
 /// Predicates, 1997, section 2.4, Grow-Expansion).
-fn power(sphere: [f32; 4]) -> (f64, f64) {
-    let [x, y, z, r] = sphere.map(|length| double(length) * double(length));
-    let mut expansion = [0.0; 5];
+fn power<N: Number>(lengths: [N; 4]) -> (N, N) {
+    let [x, y, z, r] = lengths.map(|length| length * length);
+    let zero = N::constant(0.0);
+    let mut expansion = [zero; 5];
     for (length, term) in [x, y, z, -r].into_iter().enumerate() {
         grow(&mut expansion, length, term);
     }
-    let power: f64 = expansion.into_iter().sum();
+    let sum = |expansion: [N; 5]| expansion.into_iter().fold(zero, |sum, term| sum + term);
+    let power = sum(expansion);
     grow(&mut expansion, 4, -power);
-    (power, expansion.into_iter().sum())
+    (power, sum(expansion))
 }
 
 /// Adds a term to an expansion of `length` components.
-fn grow(expansion: &mut [f64; 5], length: usize, term: f64) {
+#[inline(always)]
+fn grow<N: Number>(expansion: &mut [N; 5], length: usize, term: N) {
     let mut sum = term;
     for component in &mut expansion[..length] {
         (sum, *component) = sum.two_sum(*component);

@@ -27,8 +27,8 @@ use crate::{
         grid::SIDE,
         kernels::{
             Middle, MiddleRow, Number, Steps, before, farthest, in_column, in_row, nearest_beside,
-            over_power, power_difference, quadratic, radical_plane, row_factor, row_middle,
-            touching, touching_beside,
+            on_the_surface, over_power, power_difference, quadratic, radical_plane, row_factor,
+            row_middle, touching, touching_beside,
         },
         sight::{Rays, Sights, Targets},
     },
@@ -110,6 +110,19 @@ fn conversions_to_floats() {
     // The root of `c` stands in it twice.
     let needed = U32 + 100.0 * U + 2.0 * NEARLY;
     assert!((needed..2.0 * needed).contains(&TO_FLOAT));
+}
+
+/// What is wrong with `B` of a sphere on whose surface the camera is, is within the same.
+#[test]
+fn inverse_depths_from_the_surface() {
+    let Middle {
+        x, y, z, x0, y0, ..
+    } = middle();
+    let [a, b] = on_the_surface([x, y, z], [x0, y0]);
+    let others = greatest(&[a / Traced::rounded("b", 0)], &[]);
+    assert!(others < 98, "{others} other roundings");
+    let derived = f64::from(greatest(&[b], &[]) + 1) * U / SURFACE_LIMIT;
+    assert_least("of SURFACE_LIMIT", 2.0 * NEARLY, derived);
 }
 
 /// A factor `1 + bound` that is no number of its format is not the one that was counted.

@@ -2,14 +2,14 @@
 
 use super::{
     Bounds, EightRecords, Grid, InDoubles, LANES, Meetings, PixelRow, SIDE, STEPS, Terms,
-    exponents, f32x8, f64x8, in_column, in_row, packet, u32x8, widths,
+    exponents, f32x8, f64x8, in_column, in_row, packet, splat, u32x8, widths,
 };
 use crate::exact::{
     bins::Record,
     boxes::Boxes,
     depths::{Depths, FloatDepths},
     paint::{bytes_of, colour_lane},
-    trials::{Random, Trial, each_trial, rectangles, scale},
+    trials::{Random, Trial, each_trial, on_the_surface, rectangles, scale},
 };
 
 /// The colours of the background and of the sphere.
@@ -114,6 +114,45 @@ fn doubles_hold_the_exact_inverse_depth() {
     let [met, doubtful, missed] = kinds;
     assert!(
         met > 5_000 && doubtful > 200 && missed > 5_000,
+        "only {kinds:?}"
+    );
+}
+
+/// Of spheres on whose surface the camera is. Half of the rays nearly touch it there.
+#[test]
+fn doubles_hold_inverse_depths_from_the_surface() {
+    let mut kinds = [0; 3];
+    each_trial(60_000, |trial, random| {
+        let mut trial = *trial;
+        trial.sphere = on_the_surface(random);
+        let mut grid = Grid::new(trial.camera);
+        grid.scale = scale(1.0, random);
+        if random.below(2) == 0 {
+            // Where B = 0 in its row, or a few columns beside that.
+            let of = |lanes: f64x8| lanes.to_array()[0];
+            let [x, y, z] = trial.sphere.centre.map(f64::from);
+            let slope = -(y * of(grid.y_axis.y(splat(f64::from(trial.row)))) + z) / x;
+            let column = slope * grid.x_axis.scale + grid.x_axis.middle;
+            let beside = random.sign() * random.power(2.0, -2.0, 14.0);
+            let last = trial.camera.size().width() - 1;
+            trial.column = (column + beside).round().clamp(0.0, f64::from(last)) as u32;
+        }
+        let lane = (random.below(8) as u32).min(trial.column);
+        let record = Record {
+            sphere: trial.lengths(),
+            right: lane as u8,
+            colour: COLOUR,
+            ..Record::default()
+        };
+        let corner = (trial.column - lane, trial.row);
+        let mut rows = [PixelRow::new(BACKGROUND)];
+        InDoubles::new(&grid, Bounds::Proven, corner, &record).meet(&mut rows, &[u64::MAX; SIDE]);
+        kinds[judge(&rows[0], lane as usize, &trial, grid.scale)?] += 1;
+        Ok(())
+    });
+    let [met, doubtful, missed] = kinds;
+    assert!(
+        met > 20_000 && doubtful > 1_000 && missed > 20_000,
         "only {kinds:?}"
     );
 }

@@ -12,12 +12,7 @@ use wide::f64x8;
 fn the_power_of_the_camera_has_the_right_sign_and_seven_roundings() {
     each_trial(100_000, |trial, _| {
         let exact = trial.truth().c;
-        let (rounded, rest) = power([
-            trial.sphere.centre[0],
-            trial.sphere.centre[1],
-            trial.sphere.centre[2],
-            trial.sphere.radius,
-        ]);
+        let (rounded, rest) = power(trial.lengths().map(f64::from));
         let zero = Dyadic::ZERO;
         let right = rounded == power_of_camera(&trial.sphere)
             && (rounded > 0.0) == (exact > zero)
