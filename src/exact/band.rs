@@ -429,12 +429,8 @@ impl<'a> Band<'a> {
             if (tile.first..tile.last).contains(&row) {
                 let at = tile.column as usize * BYTES_PER_PIXEL;
                 let line = &mut self.bytes[(row - tile.first) * self.row_bytes..][..self.row_bytes];
-                put_row(&mut line[at..at + tile.width * BYTES_PER_PIXEL], pixels);
-                let columns = if ignored {
-                    0
-                } else {
-                    pixels.undecided(tile.width)
-                };
+                let columns = put_row(&mut line[at..at + tile.width * BYTES_PER_PIXEL], pixels);
+                let columns = if ignored { 0 } else { columns };
                 undecided.extend(set_bits(columns).map(|column| UndecidedPixel {
                     column: column as u8,
                     row: row as u8,
@@ -471,17 +467,26 @@ pub(super) fn colour_of(scene: &Scene, seen: Seen) -> Rgb {
     }
 }
 
-/// Writes the colours of the first pixels of a row to all of `line`.
+/// Writes the colours of the first pixels of a row to all of `line`. Returns a mask of the pixels
+/// that are undecided.
 #[inline]
-fn put_row(line: &mut [u8], pixels: &PixelRow) {
-    let mut rest = line;
-    for first in (0..SIDE).step_by(LANES) {
-        put_eight(rest, pixels.colours(first));
-        let Some((_, more)) = rest.split_at_mut_checked(LANES * BYTES_PER_PIXEL) else {
-            return;
-        };
-        rest = more;
+fn put_row(line: &mut [u8], pixels: &PixelRow) -> u64 {
+    // Of a whole tile the compiler knows the number of packets.
+    match line.first_chunk_mut::<{ SIDE * BYTES_PER_PIXEL }>() {
+        Some(line) => put_packets(line, pixels),
+        None => put_packets(line, pixels),
     }
+}
+
+#[inline(always)]
+fn put_packets(line: &mut [u8], pixels: &PixelRow) -> u64 {
+    let width = line.len() / BYTES_PER_PIXEL;
+    let mut undecided = 0;
+    for first in (0..width).step_by(LANES) {
+        put_eight(&mut line[first * BYTES_PER_PIXEL..], pixels.colours(first));
+        undecided |= u64::from(pixels.undecided_lanes(first)) << first;
+    }
+    undecided & u64::MAX >> (SIDE - width)
 }
 
 /// The bytes of some columns of a row.

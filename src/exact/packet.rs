@@ -16,6 +16,7 @@
 //! Instead of the leader's `lower`, the width `upper - lower` is kept, rounded up to a power of
 //! two: its exponent is the fourth byte of the colour.
 
+use bytemuck::Pod;
 use wide::{f32x8, f64x8, u32x8};
 
 use super::{
@@ -52,10 +53,23 @@ fn packet<T: Copy, P: From<[T; LANES]>>(of: &[T; SIDE + LANES], first: usize) ->
     P::from(std::array::from_fn(|lane| of[first + lane]))
 }
 
+/// Replaces the pixels of a packet whose lanes are set.
 #[inline(always)]
-fn put<T: Copy>(of: &mut [T; SIDE + LANES], first: usize, lanes: [T; LANES]) {
+fn put_where<T: Pod, P: Pod>(of: &mut [T; SIDE + LANES], first: usize, lanes: f32x8, new: P) {
     let first = first % SIDE;
-    of[first..first + LANES].copy_from_slice(&lanes);
+    let packet = &mut of[first..first + LANES];
+    let old: [T; LANES] = std::array::from_fn(|lane| packet[lane]);
+    // The compiler makes masked stores of selections. With AVX-512 these are fast, but those of
+    // AVX2 take many CPUs ten times as long as other stores.
+    let merged: [T; LANES] = if cfg!(target_feature = "avx512vl") {
+        let [new, old]: [f32x8; 2] = [bytemuck::cast(new), bytemuck::cast(old)];
+        bytemuck::cast(lanes.select(new, old))
+    } else {
+        let lanes: u32x8 = bytemuck::cast(lanes);
+        let [new, old]: [u32x8; 2] = [bytemuck::cast(new), bytemuck::cast(old)];
+        bytemuck::cast(new & lanes | old & !lanes)
+    };
+    packet.copy_from_slice(&merged);
 }
 
 /// The exponents of powers of two above some widths, none of which is negative, as the fourth
@@ -148,18 +162,14 @@ impl PixelRow {
     fn update(&mut self, first: usize, upper: f32x8, leads: f32x8, colour: u32x8) {
         let rival: f32x8 = packet(&self.rival, first);
         let loser = leads.select(packet(&self.upper, first), upper);
-        let rival = loser.simd_gt(rival).select(loser, rival);
-        put(&mut self.rival, first, rival.to_array());
+        put_where(&mut self.rival, first, loser.simd_gt(rival), loser);
         self.lead(first, upper, leads, colour);
     }
 
     #[inline(always)]
     fn lead(&mut self, first: usize, upper: f32x8, leads: f32x8, colour: u32x8) {
-        let upper = leads.select(upper, packet(&self.upper, first));
-        put(&mut self.upper, first, upper.to_array());
-        let old: u32x8 = packet(&self.colour, first);
-        let colour: f32x8 = leads.select(bytemuck::cast(colour), bytemuck::cast(old));
-        put(&mut self.colour, first, bytemuck::cast(colour));
+        put_where(&mut self.upper, first, leads, upper);
+        put_where(&mut self.colour, first, leads, colour);
     }
 
     /// An inverse depth behind which no sphere is visible in eight pixels; never NaN.
@@ -176,16 +186,6 @@ impl PixelRow {
     pub(super) fn undecided_lanes(&self, first: usize) -> u32 {
         let rival: f32x8 = packet(&self.rival, first);
         !self.lower(first).simd_gt(rival).to_bitmask() & 0xff
-    }
-
-    /// A mask of the pixels, of `width`, that intervals leave undecided.
-    #[inline]
-    pub(super) fn undecided(&self, width: usize) -> u64 {
-        let packets = (0..SIDE).step_by(LANES);
-        let undecided = packets.fold(0, |undecided, first| {
-            undecided | u64::from(self.undecided_lanes(first)) << first
-        });
-        undecided & u64::MAX >> (SIDE - width)
     }
 
     /// The leaders' colour lanes.
