@@ -197,6 +197,23 @@ impl Disputes {
     }
 }
 
+/// Gives outlines that are unknown the box, where its sphere is hit in all of it.
+#[cold]
+fn fill_boxes(
+    grid: &Grid,
+    rectangles: &Rectangles,
+    eight: &EightRecords,
+    outlines: &mut [Outline; LANES],
+) {
+    let depths = Depths::new(grid, rectangles, &eight.spheres);
+    let ranges = depths.ranges([0.0; LANES], [f32::INFINITY; LANES]);
+    for (lane, outline) in outlines.iter_mut().enumerate() {
+        if outline.is_unknown() && ranges.covered >> lane & 1 == 1 {
+            *outline = outline.of_box(ranges.lower[lane]);
+        }
+    }
+}
+
 impl Coverage {
     /// Finds the pixels of the tile that each record covers, and those that are contested.
     pub(super) fn find(&mut self, grid: &Grid, tile: &Tile, records: &[Record], bounds: Bounds) {
@@ -219,7 +236,10 @@ impl Coverage {
     fn outline(&mut self, grid: &Grid, tile: &Tile, records: &[Record], bounds: Bounds) {
         let eight = EightRecords::of(records);
         let placement = tile.placement(&eight);
-        let outlines = Outline::eight(grid, &placement, &eight.spheres, bounds);
+        let mut outlines = Outline::eight(grid, &placement, &eight.spheres, bounds);
+        if bounds == Bounds::Proven && outlines.iter().any(Outline::is_unknown) {
+            fill_boxes(grid, &tile.rectangles(&eight), &eight, &mut outlines);
+        }
         for (outline, record) in outlines.iter().zip(records) {
             let covering = Covering {
                 record: *record,

@@ -49,6 +49,8 @@ enum Shape {
     UpTo,
     /// All of them: the camera is inside.
     Everywhere,
+    /// All of those in the box.
+    Box,
     /// Undecided: any columns.
     Unknown,
 }
@@ -214,6 +216,20 @@ impl Outline {
         })
     }
 
+    /// Whether it says nothing of the columns of its box.
+    pub(super) fn is_unknown(&self) -> bool {
+        self.shape == Shape::Unknown
+    }
+
+    /// Of a sphere that is hit in every pixel of its box, with the lower bound of its inverse depth.
+    pub(super) fn of_box(self, lower: f32) -> Self {
+        Self {
+            shape: Shape::Box,
+            lower,
+            ..self
+        }
+    }
+
     /// Appends the columns `0..width` of a tile that the sphere covers in each of its
     /// `octets` of rows; `record` has the box of the sphere.
     #[inline]
@@ -255,6 +271,13 @@ impl Outline {
                 octets.map(|octet| self.cut(octet * LANES, width, (0xff, 0xff), Self::up_to)),
             ),
             Shape::Everywhere => rows.extend(octets.map(|_| EightRows::all(width))),
+            Shape::Box => rows.extend(octets.map(|octet| {
+                let rows = EightRows::of_box(record, octet * LANES);
+                EightRows {
+                    inner: rows.outer,
+                    ..rows
+                }
+            })),
             Shape::Unknown => {
                 rows.extend(octets.map(|octet| EightRows::of_box(record, octet * LANES)));
             }

@@ -66,7 +66,8 @@ pub fn may_show(
 const SCALE_SAMPLE: usize = 255;
 
 /// A power of two by which an ordinary inverse depth becomes about 1. It comes from the median
-/// of a sample, which a few unusual spheres do not change.
+/// of a sample, which a few unusual spheres do not change. Of a sphere that the camera almost
+/// touches, the greatest inverse depth is far from ordinary, but that of a radius is not.
 fn scale_of(spheres: &Spheres, grid: &Grid) -> f64 {
     let step = (spheres.len() / SCALE_SAMPLE).max(1);
     let sample: Vec<[f32; 4]> = (0..spheres.len())
@@ -80,7 +81,7 @@ fn scale_of(spheres: &Spheres, grid: &Grid) -> f64 {
     for eight in sample.chunks(LANES) {
         let boxes = Boxes::new(grid, &EightSpheres::of(eight.iter().copied()));
         let visible = (0..eight.len()).filter(|lane| boxes.visible >> lane & 1 == 1);
-        uppers.extend(visible.map(|lane| boxes.upper[lane]));
+        uppers.extend(visible.map(|lane| boxes.upper[lane].min(eight[lane][3].recip())));
     }
     let middle = uppers.len() / 2;
     if uppers.is_empty() {
@@ -111,6 +112,7 @@ mod tests {
             colour: [0; 3],
         };
         let (ordinary, near, behind) = (sphere(101.0), sphere(1.0 + 1e-3), sphere(-9.0));
+        let (touched, almost) = (sphere(1.0), sphere(1.0 + 1e-6));
         let scale = |count: usize, of: &dyn Fn(usize) -> Sphere| {
             let spheres: Spheres = (0..count).map(of).collect();
             scale_of(&spheres, &grid)
@@ -118,6 +120,9 @@ mod tests {
         for count in [1, 8, 255, 300, 600, 5000] {
             // A hundredth, times 128.
             assert_eq!(scale(count, &|_| ordinary), 128.0, "{count}");
+            // Of radius 1.
+            assert_eq!(scale(count, &|_| touched), 1.0, "{count}");
+            assert_eq!(scale(count, &|_| almost), 1.0, "{count}");
         }
         for every in 3..100 {
             let some = |other: Sphere| {

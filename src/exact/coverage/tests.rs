@@ -94,6 +94,64 @@ fn what_is_not_contested_is_what_is_seen() {
     );
 }
 
+/// A sphere that touches the plane of the camera in a row, or almost: `k` has cancelled.
+fn sphere_of_unknown_outline(random: &mut Random) -> Sphere {
+    let radius = random.power(10.0, -2.0, 4.0);
+    let [_, y, z] = random.direction();
+    let length = y.hypot(z).max(1e-9);
+    let aside = random.sign() * radius * random.power(10.0, -3.0, 0.5);
+    Sphere {
+        centre: [aside, radius * y / length, radius * z / length].map(|length| length as f32),
+        radius: radius as f32,
+        colour: [0; 3],
+    }
+}
+
+/// Where an outline is unknown, all of a box that is surely hit is covered, and nothing of another.
+#[test]
+fn boxes_of_unknown_outlines_are_covered_where_they_are_hit() {
+    let (mut covered, mut contested) = (0, 0);
+    let mut coverage = Coverage::default();
+    each_trial(20_000, |trial, random| {
+        let trial = Trial {
+            sphere: sphere_of_unknown_outline(random),
+            ..*trial
+        };
+        let grid = trial.grid(random);
+        let Some(record) = trial.record(&grid) else {
+            return Ok(());
+        };
+        let tile = trial.tile();
+        coverage.find(&grid, &tile, &[record], Bounds::Proven);
+        let [covering] = &coverage.spheres[..] else {
+            return Err("not one sphere".into());
+        };
+        let row = usize::from(record.top);
+        let inner = coverage.rows_of(covering)[0].inner[row % LANES];
+        if inner != coverage.outer(covering, row) {
+            contested += 1;
+            return Ok(());
+        }
+        covered += 1;
+        let [left, right, top, bottom] = record.sides();
+        for (column, row) in [(left, top), (right, top), (left, bottom), (right, bottom)] {
+            let (x, y) = tile.pixel(usize::from(column), usize::from(row));
+            let truth = trial.truth_at(f64::from(x), f64::from(y));
+            if !truth.hit() || !truth.at_least(f64::from(covering.lower), grid.scale) {
+                return Err(format!(
+                    "not hit, or below {:e}, at {x}, {y}",
+                    covering.lower
+                ));
+            }
+        }
+        Ok(())
+    });
+    assert!(
+        covered > 3_000 && contested > 500,
+        "only {covered} covered, {contested} contested"
+    );
+}
+
 /// A sphere is met in its contested pixels and in no others, and not at all if it has none.
 fn contested_pixels_are_those_of_their_spheres(coverage: &Coverage) -> Result<(), String> {
     for covering in &coverage.spheres {
