@@ -924,6 +924,40 @@ fn spheres_that_floats_do_not_hold_are_met_in_packets() {
     }
 }
 
+/// Whatever side of the camera large spheres touch, few pixels go to packets, and fewer to doubles.
+#[test]
+fn spheres_that_touch_the_camera_or_its_plane_are_painted_in_runs() {
+    let plane = [
+        [-61.19925, -2308.5164, 696_593.1, 696_593.1],
+        [623.65295, -1707.4701, 611_051.44, 611_051.44],
+        [-1241.984, -181.2785, 914_144.06, 914_144.06],
+    ];
+    // k = 0
+    let rows = [
+        [-244.92274, 4701.0, 6268.0, 7835.0],
+        [-127.212685, -7512.0, 5634.0, 9390.0],
+        [77.67542, 8409.0, 0.0, 8409.0],
+    ];
+    // c = 0
+    let surface = [
+        [2610.0, 3480.0, 10_440.0, 11_310.0],
+        [-2896.0, -2172.0, 8688.0, 9412.0],
+        [6348.0, 2116.0, 1587.0, 6877.0],
+    ];
+    for (spheres, packets, doubles) in [(plane, 10, 100), (rows, 10, 100), (surface, 1, 100)] {
+        let mut scene = scene_of(&spheres);
+        (scene.viewport.width, scene.viewport.height) = (1024.0, 1024.0);
+        let size = size(640, 640);
+        let mut pixels = vec![0; size.pixel_bytes()];
+        let counts = tuned(&scene, size, 64, Bounds::Proven).draw(0..640, &mut pixels);
+        let decided = size.pixels() - counts.pixels_in_packets - counts.pixels_in_runs;
+        assert!(
+            counts.pixels_in_packets < size.pixels() / packets && decided < size.pixels() / doubles,
+            "{spheres:?}: {counts:?}"
+        );
+    }
+}
+
 /// In another unit of length that is a power of two the picture is the same, and as much work.
 #[test]
 fn the_unit_of_length_does_not_matter() {
