@@ -135,7 +135,7 @@ splat:
 cluster-test: build
 	SFERA=target/release/sfera tests/cluster/run.sh
 
-## everywhere   other machines and systems, emulated or only checked, for root on Debian; 8 GB, an hour
+## everywhere   other machines and systems, emulated or only checked, for root on Debian; 8 GB, hours
 everywhere:
 	tests/everywhere/run.sh
 
