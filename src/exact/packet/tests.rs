@@ -82,31 +82,36 @@ fn intervals_hold_the_exact_inverse_depth() {
     );
 }
 
+/// A packet whose first pixel is the first of its tile, and the trial's pixel any lane of it: that
+/// lane, the record of the sphere, and the first column and row of the tile.
+fn packet_of(trial: &Trial, random: &mut Random) -> (usize, Record, (u32, u32)) {
+    let lane = (random.below(8) as u32).min(trial.column);
+    let record = Record {
+        sphere: trial.lengths(),
+        right: lane as u8,
+        colour: COLOUR,
+        ..Record::default()
+    };
+    (lane as usize, record, (trial.column - lane, trial.row))
+}
+
 #[test]
 fn doubles_hold_the_exact_inverse_depth() {
     let mut kinds = [0; 3];
     each_trial(30_000, |trial, random| {
         let grid = trial.grid(random);
-        // The trial's pixel is the first of the tile, or any lane of its packet.
-        let lane = (random.below(8) as u32).min(trial.column);
-        let record = Record {
-            sphere: trial.lengths(),
-            right: lane as u8,
-            colour: COLOUR,
-            ..Record::default()
-        };
-        let corner = (trial.column - lane, trial.row);
+        let (lane, record, corner) = packet_of(trial, random);
         let in_doubles = |bounds| InDoubles::new(&grid, bounds, corner, &record);
         let mut rows = [PixelRow::new(BACKGROUND)];
         let packets = in_doubles(Bounds::Proven).meet(&mut rows, &[u64::MAX; SIDE]);
         if packets != 1 {
             return Err(format!("{packets} packets"));
         }
-        kinds[judge(&rows[0], lane as usize, trial, grid.scale)?] += 1;
+        kinds[judge(&rows[0], lane, trial, grid.scale)?] += 1;
         let mut refused = [PixelRow::new(BACKGROUND)];
         in_doubles(Bounds::Refused).meet(&mut refused, &[u64::MAX; SIDE]);
-        let lower = refused[0].lower(lane as usize).to_array()[0];
-        if refused[0].undecided_lanes(lane as usize) & 1 == 0 || lower > 0.0 || lower.is_nan() {
+        let lower = refused[0].lower(lane).to_array()[0];
+        if refused[0].undecided_lanes(lane) & 1 == 0 || lower > 0.0 || lower.is_nan() {
             return Err("refused, but settled".into());
         }
         Ok(())
@@ -137,17 +142,10 @@ fn doubles_hold_inverse_depths_from_the_surface() {
             let last = trial.camera.size().width() - 1;
             trial.column = (column + beside).round().clamp(0.0, f64::from(last)) as u32;
         }
-        let lane = (random.below(8) as u32).min(trial.column);
-        let record = Record {
-            sphere: trial.lengths(),
-            right: lane as u8,
-            colour: COLOUR,
-            ..Record::default()
-        };
-        let corner = (trial.column - lane, trial.row);
+        let (lane, record, corner) = packet_of(&trial, random);
         let mut rows = [PixelRow::new(BACKGROUND)];
         InDoubles::new(&grid, Bounds::Proven, corner, &record).meet(&mut rows, &[u64::MAX; SIDE]);
-        kinds[judge(&rows[0], lane as usize, &trial, grid.scale)?] += 1;
+        kinds[judge(&rows[0], lane, &trial, grid.scale)?] += 1;
         Ok(())
     });
     let [met, doubtful, missed] = kinds;
