@@ -295,8 +295,8 @@ pub(super) const STEADY_RATIO: f64 = 8.0;
 pub(super) const TANGENT_BOUND: f64 = 8.0;
 
 /// Of `B` of a sphere on whose surface the camera is, if less than this share of the magnitudes of
-/// its terms is left, too much has cancelled for it to be used. A choice, for which what is used is wrong by less than
-/// the `2^-31` that [`TO_FLOAT`] holds:
+/// its terms is left, too much has cancelled for it to be used. With this choice, any other `B` is
+/// wrong by less than the `2^-31` of it that [`TO_FLOAT`] holds:
 ///
 /// | term | roundings | sum |
 /// | --- | --- | --- |

@@ -197,7 +197,7 @@ impl Disputes {
     }
 }
 
-/// Gives outlines that are unknown the box, where its sphere is hit in all of it.
+/// Replaces an unknown outline by the box of its sphere, if that is hit in all of it.
 #[cold]
 fn fill_boxes(
     grid: &Grid,

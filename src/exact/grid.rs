@@ -122,7 +122,7 @@ pub(super) fn float_above(value: f64) -> f32 {
 #[inline]
 pub(super) fn float_below(value: f64) -> f32 {
     let below = (value * (1.0 - TO_FLOAT) - f64::from(f32::from_bits(1))) as f32;
-    // Of NaN, too. Unlike `max`, this is one instruction for all lanes.
+    // NaN gives 0. Unlike `max`, this becomes one instruction for all lanes.
     if below > 0.0 { below } else { 0.0 }
 }
 

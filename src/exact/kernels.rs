@@ -147,6 +147,18 @@ pub(super) fn in_row<N: Number>(d: [N; 3], [b0, b1]: [N; 2], q: N) -> [N; 2] {
     [quadratic(d, q), b1.times_plus(q, b0)]
 }
 
+/// `A = V.V` of the ray `V = (X, Y, 1)`
+#[inline(always)]
+pub(super) fn squared_ray<N: Number>([x, y]: [N; 2]) -> N {
+    x.times_plus(x, y.times_plus(y, N::constant(1.0)))
+}
+
+/// `B = C.V` of the ray `V = (X, Y, 1)`
+#[inline(always)]
+pub(super) fn dot<N: Number>([x, y, z]: [N; 3], [ray_x, ray_y]: [N; 2]) -> N {
+    x.times_plus(ray_x, y.times_plus(ray_y, z))
+}
+
 /// A sphere `(x, y, z)`, `r`, and the ray through the middle of a rectangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Middle<N> {
@@ -228,7 +240,7 @@ impl<N: Number> Middle<N> {
             y0,
         } = self;
         let xz = x.times_plus(x, z * z);
-        let a0 = x0.times_plus(x0, y0.times_plus(y0, N::constant(1.0)));
+        let a0 = squared_ray([x0, y0]);
         let nn = n_x.times_plus(n_x, n_y.times_plus(n_y, n_z * n_z));
         [
             squared_radius.times_minus(a0, nn),
@@ -243,8 +255,7 @@ impl<N: Number> Middle<N> {
     /// `B0 = C.V0`
     #[inline(always)]
     pub(super) fn dot(&self) -> N {
-        self.x
-            .times_plus(self.x0, self.y.times_plus(self.y0, self.z))
+        dot([self.x, self.y, self.z], [self.x0, self.y0])
     }
 }
 
@@ -375,13 +386,4 @@ pub(super) fn farthest<N: Number>([x, y, z, r]: [N; 4], yz: N, c: N) -> N {
 #[inline(always)]
 pub(super) fn nearest_beside<N: Number>(reach: N, [x, y, z, r]: [N; 4], c: N) -> N {
     reach * ((x * x + y * y + z * z).root() + r) / c
-}
-
-/// `A` and `B` of a ray and a sphere on whose surface the camera is: `1/z = A/(2 B)`.
-#[inline(always)]
-pub(super) fn on_the_surface<N: Number>([x, y, z]: [N; 3], [ray_x, ray_y]: [N; 2]) -> [N; 2] {
-    [
-        ray_x.times_plus(ray_x, ray_y.times_plus(ray_y, N::constant(1.0))),
-        x.times_plus(ray_x, y.times_plus(ray_y, z)),
-    ]
 }

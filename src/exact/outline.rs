@@ -221,7 +221,7 @@ impl Outline {
         self.shape == Shape::Unknown
     }
 
-    /// Of a sphere that is hit in every pixel of its box, with the lower bound of its inverse depth.
+    /// The outline of a sphere that is hit in every pixel of its box, at no less than `lower`.
     pub(super) fn of_box(self, lower: f32) -> Self {
         Self {
             shape: Shape::Box,

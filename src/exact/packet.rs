@@ -24,12 +24,12 @@ use super::{
     bounds::SURFACE_LIMIT,
     depths::FloatDepths,
     grid::{Grid, SIDE, STEPS, float_above, float_below, splat},
-    kernels::{in_column, in_row, on_the_surface},
+    kernels::{dot, in_column, in_row, squared_ray},
     paint::colour_lane,
-    sight::{Rays, Sights, Targets, power_of_camera},
+    sight::{Rays, Sights, Targets},
     tuning::Bounds,
 };
-use crate::spheres::{LANES, Sphere, double};
+use crate::spheres::{LANES, double};
 
 #[cfg(test)]
 mod tests;
@@ -56,11 +56,9 @@ fn packet<T: Copy, P: From<[T; LANES]>>(of: &[T; SIDE + LANES], first: usize) ->
 /// Replaces the pixels of a packet whose lanes are set.
 #[inline(always)]
 fn put_where<T: Pod, P: Pod>(of: &mut [T; SIDE + LANES], first: usize, lanes: f32x8, new: P) {
-    let first = first % SIDE;
-    let packet = &mut of[first..first + LANES];
-    let old: [T; LANES] = std::array::from_fn(|lane| packet[lane]);
+    let old: [T; LANES] = packet(of, first);
     // The compiler makes masked stores of selections. With AVX-512 these are fast, but those of
-    // AVX2 take many CPUs ten times as long as other stores.
+    // AVX2 are microcode on many CPUs.
     let merged: [T; LANES] = if cfg!(target_feature = "avx512vl") {
         let [new, old]: [f32x8; 2] = [bytemuck::cast(new), bytemuck::cast(old)];
         bytemuck::cast(lanes.select(new, old))
@@ -69,7 +67,8 @@ fn put_where<T: Pod, P: Pod>(of: &mut [T; SIDE + LANES], first: usize, lanes: f3
         let [new, old]: [u32x8; 2] = [bytemuck::cast(new), bytemuck::cast(old)];
         bytemuck::cast(new & lanes | old & !lanes)
     };
-    packet.copy_from_slice(&merged);
+    let first = first % SIDE;
+    of[first..first + LANES].copy_from_slice(&merged);
 }
 
 /// The exponents of powers of two above some widths, none of which is negative, as the fourth
@@ -329,17 +328,11 @@ impl<'a> InDoubles<'a> {
             let anything = (f32x8::splat(0.0), f32x8::splat(f32::INFINITY));
             return self.meet_each(rows, wanted, |_, _| anything);
         }
-        let [x, y, z, radius] = self.record.sphere;
-        let sphere = Sphere {
-            centre: [x, y, z],
-            radius,
-            colour: self.record.colour,
-        };
-        if power_of_camera(&sphere) == 0.0 {
-            let surface = Surface::new(self.grid, &sphere);
+        let targets = Targets::<f64x8>::of(std::iter::once(self.record.sphere));
+        if targets.are_touched() {
+            let surface = Surface::new(self.grid, self.record.sphere);
             return self.meet_each(rows, wanted, |column, row| surface.interval(column, row));
         }
-        let targets = Targets::<f64x8>::of(std::iter::once(self.record.sphere));
         // The factor from inverse depths of a ray through the viewport to those of the grid.
         let scale = splat(self.grid.scale / self.grid.camera().z_double());
         self.meet_each(rows, wanted, |column, row| {
@@ -399,16 +392,15 @@ struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    fn new(grid: &'a Grid, sphere: &Sphere) -> Self {
-        let centre = sphere.centre.map(|length| splat(double(length)));
-        // No ray has a greater `X` or `Y` than that of the first pixel.
+    fn new(grid: &'a Grid, [x, y, z, _]: [f32; 4]) -> Self {
+        let centre = [x, y, z].map(|length| splat(double(length)));
+        // No ray has a greater `|X|` or `|Y|` than that of the first pixel.
         let first = splat(0.0);
         let corner = [grid.x_axis.x(first), grid.y_axis.y(first)].map(f64x8::abs);
-        let [_, terms] = on_the_surface(centre.map(f64x8::abs), corner);
         Self {
             grid,
             centre,
-            limit: splat(SURFACE_LIMIT) * terms,
+            limit: splat(SURFACE_LIMIT) * dot(centre.map(f64x8::abs), corner),
             scale: splat(0.5 * grid.scale),
         }
     }
@@ -423,8 +415,8 @@ impl<'a> Surface<'a> {
         let columns = splat(f64::from(column)) + f64x8::new(STEPS.map(f64::from));
         let x = self.grid.x_axis.x(columns);
         let y = self.grid.y_axis.y(splat(f64::from(row)));
-        let [a, b] = on_the_surface(self.centre, [x, y]);
-        let inverse_depth = a / b * self.scale;
+        let b = dot(self.centre, [x, y]);
+        let inverse_depth = squared_ray([x, y]) / b * self.scale;
         let hit = b.simd_gt(self.limit);
         let missed = b.simd_lt(-self.limit);
         let none = missed.select(splat(f64::NEG_INFINITY), splat(f64::INFINITY));

@@ -66,8 +66,8 @@ pub fn may_show(
 const SCALE_SAMPLE: usize = 255;
 
 /// A power of two by which an ordinary inverse depth becomes about 1. It comes from the median
-/// of a sample, which a few unusual spheres do not change. Of a sphere that the camera almost
-/// touches, the greatest inverse depth is far from ordinary, but that of a radius is not.
+/// of a sample, which a few unusual spheres do not change. If the camera almost touches a sphere,
+/// its greatest inverse depth is far from ordinary; the inverse of its radius, if less, is taken instead.
 fn scale_of(spheres: &Spheres, grid: &Grid) -> f64 {
     let step = (spheres.len() / SCALE_SAMPLE).max(1);
     let sample: Vec<[f32; 4]> = (0..spheres.len())
@@ -77,17 +77,17 @@ fn scale_of(spheres: &Spheres, grid: &Grid) -> f64 {
             [centre[0], centre[1], centre[2], radius]
         })
         .collect();
-    let mut uppers = Vec::with_capacity(sample.len());
+    let mut inverse_depths = Vec::with_capacity(sample.len());
     for eight in sample.chunks(LANES) {
         let boxes = Boxes::new(grid, &EightSpheres::of(eight.iter().copied()));
         let visible = (0..eight.len()).filter(|lane| boxes.visible >> lane & 1 == 1);
-        uppers.extend(visible.map(|lane| boxes.upper[lane].min(eight[lane][3].recip())));
+        inverse_depths.extend(visible.map(|lane| boxes.upper[lane].min(eight[lane][3].recip())));
     }
-    let middle = uppers.len() / 2;
-    if uppers.is_empty() {
+    let middle = inverse_depths.len() / 2;
+    if inverse_depths.is_empty() {
         return 1.0;
     }
-    let (_, &mut median, _) = uppers.select_nth_unstable_by(middle, f32::total_cmp);
+    let (_, &mut median, _) = inverse_depths.select_nth_unstable_by(middle, f32::total_cmp);
     power_of_two_below(median.clamp(f32::MIN_POSITIVE, f32::MAX)).recip()
 }
 

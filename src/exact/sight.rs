@@ -111,6 +111,12 @@ impl<N: Real> Targets<N> {
             power: N::of_sum(power, rest),
         }
     }
+
+    /// Whether the camera is on the surface of all of them.
+    pub(super) fn are_touched(&self) -> bool {
+        let zero = N::splat(0.0);
+        (self.power.exceeds(zero) | zero.exceeds(self.power)).to_bitmask() == 0
+    }
 }
 
 /// `B = C.V`, and its bounds.
@@ -262,11 +268,8 @@ pub(super) fn powers_of_camera(spheres: &EightSpheres, yz: f64x8, k: f64x8) -> f
     if sure.to_bitmask() == 0xff {
         return powers;
     }
-    sure.select(powers, exact_powers(spheres))
-}
-
-fn exact_powers(&EightSpheres { x, y, z, r }: &EightSpheres) -> f64x8 {
-    power([x, y, z, r]).0
+    let &EightSpheres { x, y, z, r } = spheres;
+    sure.select(powers, power([x, y, z, r]).0)
 }
 
 /// `c` of lengths that are floats, as a double and its rounding error, which together have twice

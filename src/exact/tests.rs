@@ -924,7 +924,8 @@ fn spheres_that_floats_do_not_hold_are_met_in_packets() {
     }
 }
 
-/// Whatever side of the camera large spheres touch, few pixels go to packets, and fewer to doubles.
+/// Of large spheres that touch the camera's plane, few pixels go to packets. Of these and of spheres
+/// that touch the camera, few are decided one by one.
 #[test]
 fn spheres_that_touch_the_camera_or_its_plane_are_painted_in_runs() {
     let plane = [

@@ -27,8 +27,8 @@ use crate::{
         grid::SIDE,
         kernels::{
             Middle, MiddleRow, Number, Steps, before, farthest, in_column, in_row, nearest_beside,
-            on_the_surface, over_power, power_difference, quadratic, radical_plane, row_factor,
-            row_middle, touching, touching_beside,
+            over_power, power_difference, quadratic, radical_plane, row_factor, row_middle,
+            squared_ray, touching, touching_beside,
         },
         sight::{Rays, Sights, Targets},
     },
@@ -115,13 +115,10 @@ fn conversions_to_floats() {
 /// What is wrong with `B` of a sphere on whose surface the camera is, is within the same.
 #[test]
 fn inverse_depths_from_the_surface() {
-    let Middle {
-        x, y, z, x0, y0, ..
-    } = middle();
-    let [a, b] = on_the_surface([x, y, z], [x0, y0]);
+    let a = squared_ray([middle().x0, middle().y0]);
     let others = greatest(&[a / Traced::rounded("b", 0)], &[]);
     assert!(others < 98, "{others} other roundings");
-    let derived = f64::from(greatest(&[b], &[]) + 1) * U / SURFACE_LIMIT;
+    let derived = f64::from(greatest(&[middle().dot()], &[]) + 1) * U / SURFACE_LIMIT;
     assert_least("of SURFACE_LIMIT", 2.0 * NEARLY, derived);
 }
 

@@ -107,7 +107,7 @@ fn sphere_of_unknown_outline(random: &mut Random) -> Sphere {
     }
 }
 
-/// Where an outline is unknown, all of a box that is surely hit is covered, and nothing of another.
+/// A sphere of unknown outline covers its box only if all of that is hit.
 #[test]
 fn boxes_of_unknown_outlines_are_covered_where_they_are_hit() {
     let (mut covered, mut contested) = (0, 0);

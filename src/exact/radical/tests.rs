@@ -51,6 +51,7 @@ struct Meeting {
     region: Region,
     records: [Record; 2],
     depths: [SphereDepths; 2],
+    nearer: Nearer,
 }
 
 impl Meeting {
@@ -60,11 +61,13 @@ impl Meeting {
         grid.scale = scale(records[0].upper, random);
         let region = Region::of(&records[0], &records[1])?;
         let depths = records.map(|record| depths(trial, &grid, &record));
+        let nearer = compare(&grid, Bounds::Proven, region, &depths[0], &depths[1]);
         Some(Self {
             grid,
             region,
             records,
             depths,
+            nearer,
         })
     }
 }
@@ -77,13 +80,9 @@ fn the_nearer_sphere_is_the_one_that_is_seen() {
         let Some(meeting) = Meeting::of(trial, random) else {
             return Ok(());
         };
-        let Meeting {
-            grid,
-            region,
-            records: [first, second],
-            depths: [of_first, of_second],
-        } = meeting;
-        let powers = match [of_first.power, of_second.power] {
+        let (region, nearer) = (meeting.region, meeting.nearer);
+        let [first, second] = meeting.records;
+        let powers = match meeting.depths.map(|depths| depths.power) {
             [a, b] if a == 0.0 && b == 0.0 => 0,
             [a, b] if a == b => 1,
             [a, b] if a > 0.0 && b > 0.0 => 2,
@@ -91,7 +90,6 @@ fn the_nearer_sphere_is_the_one_that_is_seen() {
             [a, b] if a <= 0.0 && b <= 0.0 => 4,
             _ => 5,
         };
-        let nearer = compare(&grid, Bounds::Proven, region, &of_first, &of_second);
         let mut columns = NearerColumns::default();
         match nearer {
             Nearer::First => columns.first.fill(u64::MAX),
@@ -211,17 +209,14 @@ fn differences_of_powers_are_known_beyond_their_limits() {
 fn bounds_of_sides_have_all_terms() {
     let mut compared = [0, 0];
     each_trial(30_000, |trial, random| {
-        let Some(meeting) = Meeting::of(trial, random) else {
-            return Ok(());
-        };
-        let Meeting {
+        let Some(Meeting {
             grid,
-            region,
             records: [first, second],
             depths: [of_first, of_second],
-        } = meeting;
-        let nearer = compare(&grid, Bounds::Proven, region, &of_first, &of_second);
-        let Nearer::Varies(seam) = nearer else {
+            nearer: Nearer::Varies(seam),
+            ..
+        }) = Meeting::of(trial, random)
+        else {
             return Ok(());
         };
         // Of two spheres before the camera the one of less power is tested.
