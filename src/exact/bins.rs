@@ -11,12 +11,12 @@ use std::cmp::Ordering;
 use bytemuck::{Pod, Zeroable};
 use memmap2::MmapMut;
 use rayon::prelude::*;
-use wide::{f32x8, f64x8, i32x8, u8x32, u32x8};
+use wide::{f32x8, u8x32, u32x8};
 
 use super::{
     bits::{lanes_of, set_bits},
     boxes::Boxes,
-    grid::{EightSpheres, Grid},
+    grid::{EightSpheres, Grid, SIDE},
     pool::Pool,
     tuning::Bounds,
 };
@@ -496,7 +496,7 @@ impl Tiles {
 
 impl EightRecords {
     /// Up to eight records; the last one fills the rest.
-    #[inline]
+    #[inline(always)]
     pub(super) fn of(records: &[Record]) -> Self {
         match records.first_chunk() {
             Some(eight) => Self::new(eight),
@@ -505,7 +505,7 @@ impl EightRecords {
     }
 
     /// Up to eight records by their numbers; the last one fills the rest.
-    #[inline]
+    #[inline(always)]
     pub(super) fn from_fn(count: usize, record: impl Fn(usize) -> Record) -> Self {
         Self::new(&std::array::from_fn(|lane| record(lane.min(count - 1))))
     }
@@ -523,25 +523,10 @@ impl EightRecords {
 }
 
 impl EightBoxes {
-    fn side(self, place: u32) -> f64x8 {
-        let side = self.0 >> (8 * place) & u32x8::splat(0xff);
-        f64x8::from(bytemuck::cast::<_, i32x8>(side))
-    }
-
-    pub(super) fn left(self) -> f64x8 {
-        self.side(0)
-    }
-
-    pub(super) fn right(self) -> f64x8 {
-        self.side(1)
-    }
-
-    pub(super) fn top(self) -> f64x8 {
-        self.side(2)
-    }
-
-    pub(super) fn bottom(self) -> f64x8 {
-        self.side(3)
+    /// The first and the last columns and rows.
+    #[inline]
+    pub(super) fn all_sides(self) -> [u32x8; 4] {
+        [0_u32, 8, 16, 24].map(|place| self.0 >> place & u32x8::splat(0xff))
     }
 
     /// The first and the last column and row of one box.
@@ -550,13 +535,19 @@ impl EightBoxes {
         self.0.as_array()[lane].to_le_bytes().map(usize::from)
     }
 
-    /// A mask of the boxes that are neither wider nor higher than a packet is wide.
+    /// The pixels of the packets that meet these boxes. Packets begin at multiples of eight
+    /// columns, but for a box that only one packet from its first column on holds.
     #[inline]
-    pub(super) fn narrow(self) -> u32 {
-        let bytes = u32x8::splat(0x00ff_00ff);
-        let spans = (self.0 >> 8_u32 & bytes) - (self.0 & bytes);
-        let beyond = spans & u32x8::splat(0x00f8_00f8);
-        beyond.simd_eq(u32x8::splat(0)).to_bitmask()
+    pub(super) fn packets(self) -> Self {
+        let last = u32x8::splat(LANES as u32 - 1);
+        let octets = u32x8::splat((SIDE - LANES) as u32);
+        let (left, right) = (self.0, self.0 >> 8_u32);
+        let is_0 = |lanes: u32x8| (lanes & octets).simd_eq(u32x8::splat(0));
+        let begins_at_box = is_0(right - left) & !is_0(right ^ left);
+        let end = left + last & u32x8::splat(0xff);
+        let from_box = self.0 & !u32x8::splat(0xff00) | end << 8_u32;
+        let aligned = self.0 & !last | last << 8_u32;
+        Self(begins_at_box.select(from_box, aligned))
     }
 
     /// A mask of the boxes that contain a pixel.
@@ -572,12 +563,7 @@ impl EightBoxes {
 }
 
 impl Record {
-    /// First and last column and row within the tile.
-    pub(super) fn sides(&self) -> [u8; 4] {
-        [self.left, self.right, self.top, self.bottom]
-    }
-
-    /// The same sphere with another box, as [`sides`](Self::sides) has it.
+    /// The same sphere with another box: first and last column and row.
     #[inline]
     pub(super) fn with_sides(self, [left, right, top, bottom]: [u8; 4]) -> Self {
         Self {

@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use wide::f64x8;
+use wide::{f64x8, i32x8, u32x8};
 
 use super::{
     bins::{EightRecords, Record},
@@ -88,23 +88,20 @@ impl Tile {
             && usize::from(record.bottom) + 1 >= self.last
     }
 
-    /// Rectangles around the boxes of up to eight records. They have seven more columns, since a
-    /// packet may extend beyond the box, and at least one row, so that every coefficient is
-    /// bounded.
+    /// Rectangles around the packets of up to eight records. They have at least one more row, so
+    /// that every coefficient is bounded.
     #[inline]
     pub(super) fn rectangles(&self, records: &EightRecords) -> Rectangles {
-        let half = |first: f64x8, last: f64x8, more: f64| {
-            ((last - first + f64x8::splat(more)) * f64x8::splat(0.5)).floor()
-        };
-        let boxes = &records.boxes;
-        let (left, top) = (boxes.left(), boxes.top());
-        let across = half(left, boxes.right(), LANES as f64);
-        let down = half(top, boxes.bottom(), 2.0);
+        let [left, right, top, bottom] = records.boxes.packets().all_sides();
+        let half = |first: u32x8, end: u32x8| (end - first) >> 1_u32;
+        let across = half(left, right + u32x8::splat(1));
+        let down = half(top, bottom + u32x8::splat(2));
+        let double = |lanes: u32x8| f64x8::from(bytemuck::cast::<_, i32x8>(lanes));
         Rectangles {
-            columns: left + across + f64x8::splat(f64::from(self.column)),
-            rows: top + down + f64x8::splat(f64::from(self.row)),
-            across,
-            down,
+            columns: double(left + across) + f64x8::splat(f64::from(self.column)),
+            rows: double(top + down) + f64x8::splat(f64::from(self.row)),
+            across: double(across),
+            down: double(down),
         }
     }
 

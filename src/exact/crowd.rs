@@ -211,9 +211,9 @@ impl Crowd {
         let depths = crowded.depths(&eight);
         let meetings = Meetings::new(&depths, &eight);
         self.boxes.push(eight.boxes);
-        if eight.boxes.narrow() & depths.known & within == within {
+        if depths.known & within == within {
             for lane in 0..records.len() {
-                self.hidden.met += meetings.narrow::<PROVEN>(lane, pixels);
+                self.hidden.met += meetings.whole::<PROVEN>(lane, pixels);
             }
             return ControlFlow::Continue(());
         }
@@ -246,7 +246,7 @@ impl Crowd {
             } else if visible == u64::MAX || record.is_narrow() || depths.known >> lane & 1 == 0 {
                 crowded.meet::<PROVEN>(&meetings, lane, record, pixels)
             } else {
-                meet_blocks::<PROVEN>(&meetings, lane, record, pixels, visible)
+                meet_blocks::<PROVEN>(&meetings, lane, pixels, visible)
             };
             if PROVEN && self.hidden.met >= self.hidden.next_floors {
                 self.hidden.ask(&crowded.tile, pixels);
@@ -274,11 +274,8 @@ impl PreparedTile<'_> {
     ) -> u64 {
         if meetings.depths.known >> lane & 1 == 0 {
             self.meet_in_doubles(record, pixels, &[u64::MAX; SIDE])
-        } else if record.is_narrow() {
-            meetings.narrow::<PROVEN>(lane, pixels)
         } else {
-            let [left, right, top, bottom] = record.sides().map(usize::from);
-            meetings.wide::<PROVEN>(lane, pixels, (left, right + 1), (top, bottom + 1))
+            meetings.whole::<PROVEN>(lane, pixels)
         }
     }
 
@@ -342,21 +339,25 @@ fn refine(crowded: &PreparedTile<'_>, large: &mut Vec<Record>) -> f32 {
 fn meet_blocks<const PROVEN: bool>(
     meetings: &Meetings<'_>,
     lane: usize,
-    record: &Record,
     pixels: &mut [PixelRow],
     blocks: u64,
 ) -> u64 {
-    let [left, right, top, bottom] = record.sides().map(usize::from);
+    let [left, right, top, bottom] = meetings.packets(lane);
+    let one = right - left < LANES;
     let mut met = 0;
     for down in top / LANES..bottom / LANES + 1 {
         let in_row = blocks >> (down * BLOCKS) & 0xff;
         if in_row == 0 {
             continue;
         }
-        let from = left.max(in_row.trailing_zeros() as usize * LANES);
-        let to = (right + 1).min((64 - in_row.leading_zeros() as usize) * LANES);
+        let (from, to) = if one {
+            (left, right + 1)
+        } else {
+            let to = 64 - in_row.leading_zeros() as usize;
+            (in_row.trailing_zeros() as usize * LANES, to * LANES)
+        };
         let rows = (top.max(down * LANES), (bottom + 1).min((down + 1) * LANES));
-        met += meetings.wide::<PROVEN>(lane, pixels, (from, to), rows);
+        met += meetings.part::<PROVEN>(lane, pixels, (from, to), rows);
     }
     met
 }

@@ -181,7 +181,7 @@ impl Depths {
     /// rectangle, `a` the greatest `A`, and `h` the sum of the error bounds of the components
     /// of `N0`. The error of the coefficients contributes at most
     /// `COEFFICIENT_BOUND (r^2 a + n^2) + (2 n + h) h` to `D` anywhere in it (theorem 3).
-    #[inline]
+    #[inline(always)]
     pub(super) fn new(grid: &Grid, rectangles: &Rectangles, spheres: &EightSpheres) -> Self {
         let &EightSpheres { x, y, z, r } = spheres;
         let (x0, y0) = (

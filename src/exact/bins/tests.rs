@@ -173,7 +173,7 @@ fn eight_records_are_lanes_of_what_each_of_them_is() {
         let eight = EightRecords::of(&records);
         let colours = eight.colours.to_array();
         let boxes = eight.boxes;
-        let sides = [boxes.left(), boxes.right(), boxes.top(), boxes.bottom()];
+        let sides = boxes.all_sides();
         for lane in 0..LANES {
             let record = &records[lane.min(count - 1)];
             assert_eq!(
@@ -182,16 +182,37 @@ fn eight_records_are_lanes_of_what_each_of_them_is() {
                 "{lane} of {count}"
             );
             assert_eq!(bytes_of(colours[lane]), record.colour, "{lane} of {count}");
-            assert_eq!(boxes.sides(lane), record.sides().map(usize::from));
+            let its = [record.left, record.right, record.top, record.bottom];
+            assert_eq!(boxes.sides(lane), its.map(usize::from));
             let sides = sides.map(|lanes| lanes.to_array()[lane]);
-            assert_eq!(sides, record.sides().map(f64::from), "{lane} of {count}");
-            assert_eq!(boxes.narrow() >> lane & 1 == 1, record.is_narrow());
+            assert_eq!(sides, its.map(u32::from), "{lane} of {count}");
             for (column, row) in (0..64).flat_map(|column| (0..64).map(move |row| (column, row))) {
                 let across = (record.left..=record.right).contains(&column);
                 let down = (record.top..=record.bottom).contains(&row);
                 let holds = boxes.holding(column, row) >> lane & 1 == 1;
                 assert_eq!(holds, across && down, "({column}, {row}), {record:?}");
             }
+        }
+    }
+}
+
+/// Packets hold the box, in as few as possible of them or in those that begin at multiples of
+/// eight columns, and none of them extends beyond the widest tile.
+#[test]
+fn packets_hold_the_box_and_begin_at_multiples_of_eight_columns() {
+    let side = SIDE as u8;
+    let boxes = (0..side).flat_map(|left| (left..side).map(move |right| [left, right, 3, 61]));
+    for sides in boxes {
+        let record = Record::default().with_sides(sides);
+        let [left, right, top, bottom] = sides.map(usize::from);
+        let [first, last, highest, lowest] = EightRecords::of(&[record]).boxes.packets().sides(0);
+        assert_eq!([highest, lowest], [top, bottom]);
+        assert!(first <= left && right <= last && last < SIDE, "{sides:?}");
+        let multiples = [left - left % LANES, right - right % LANES + LANES - 1];
+        if left / LANES + 1 == right / LANES && right - left < LANES {
+            assert_eq!([first, last], [left, left + LANES - 1], "{sides:?}");
+        } else {
+            assert_eq!([first, last], multiples, "{sides:?}");
         }
     }
 }

@@ -133,7 +133,13 @@ fn boxes_of_unknown_outlines_are_covered_where_they_are_hit() {
             return Ok(());
         }
         covered += 1;
-        let [left, right, top, bottom] = record.sides();
+        let Record {
+            left,
+            right,
+            top,
+            bottom,
+            ..
+        } = record;
         for (column, row) in [(left, top), (right, top), (left, bottom), (right, bottom)] {
             let (x, y) = tile.pixel(usize::from(column), usize::from(row));
             let truth = trial.truth_at(f64::from(x), f64::from(y));
@@ -201,19 +207,20 @@ fn rectangles_hold_the_packets_of_their_boxes_and_no_more() {
                 bottom: last,
                 ..Record::default()
             };
-            let rectangles = tile.rectangles(&EightRecords::of(&[record]));
+            let eight = EightRecords::of(&[record]);
+            let rectangles = tile.rectangles(&eight);
             let of = |lanes: super::f64x8| lanes.to_array()[7];
             let (columns, across) = (of(rectangles.columns), of(rectangles.across));
             let (rows, down) = (of(rectangles.rows), of(rectangles.down));
+            let packets = eight.boxes.packets().sides(0);
+            let ends = [packets[0], packets[1]].map(|at| 640.0 + at as f64 - columns);
+            assert_eq!(ends, [-across, across - 1.0], "{first} to {last}");
             let [first, last] = [first, last].map(f64::from);
-            let ends = [640.0 + first - columns, 640.0 + last + 7.0 - columns];
-            assert!(ends[0] == -across && ends[1] <= across, "{first} to {last}");
-            assert!(ends[1] >= across - 1.0, "{first} to {last}");
             let ends = [128.0 + first - rows, 128.0 + last - rows];
             assert!(ends[0] == -down && ends[1] <= down, "{first} to {last}");
             assert!(ends[1] >= down - 2.0, "{first} to {last}");
             assert!(down >= 1.0);
-            let placement = tile.placement(&EightRecords::of(&[record]));
+            let placement = tile.placement(&eight);
             let (middle, most) = (of(placement.rows), of(placement.down));
             // `|q| <= 41` in the proof; all rows of the octets are within.
             assert!(most <= 41.0 && most <= (last - first) / 2.0 + 10.0);

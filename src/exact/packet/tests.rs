@@ -308,24 +308,27 @@ fn packets_are_counted() {
         let record = Record::default().with_sides([left, right, top, bottom]);
         let meetings = Meetings::new(&depths, &EightRecords::of(&[record]));
         let mut rows = vec![PixelRow::new(BACKGROUND); SIDE];
-        let [from, to, first, last] = [left, right + 1, top, bottom + 1].map(usize::from);
         let in_doubles = InDoubles::new(&grid, Bounds::Proven, (0, 0), &record);
         let masked = meetings.masked::<true>(0, &mut rows, wanted);
         assert_eq!(in_doubles.meet(&mut rows, wanted), masked);
-        [
-            meetings.narrow::<true>(0, &mut rows),
-            meetings.wide::<true>(0, &mut rows, (from, to), (first, last)),
-            masked,
-        ]
+        let [from, last, ..] = meetings.packets(0);
+        let lines = (usize::from(top), usize::from(bottom) + 1);
+        let first_packet = meetings.part::<true>(0, &mut rows, (from, from + LANES), lines);
+        assert_eq!(first_packet, (lines.1 - lines.0) as u64);
+        let part = meetings.part::<true>(0, &mut rows, (from, last + 1), lines);
+        assert_eq!(meetings.whole::<true>(0, &mut rows), part);
+        [part, masked]
     };
     let all = [u64::MAX; SIDE];
-    assert_eq!(met([9, 13, 60, 63], &all), [4, 4, 4]);
-    assert_eq!(met([9, 32, 20, 29], &all), [10, 30, 30]);
-    assert_eq!(met([9, 33, 0, 0], &all), [1, 4, 4]);
-    // Columns 9 and 16 are in one packet, 17 in the next one; one row is beyond the box.
+    assert_eq!(met([9, 13, 60, 63], &all), [4, 4]);
+    assert_eq!(met([5, 12, 20, 29], &all), [10, 10]);
+    assert_eq!(met([5, 13, 20, 29], &all), [20, 20]);
+    assert_eq!(met([9, 32, 20, 29], &all), [40, 40]);
+    assert_eq!(met([9, 31, 0, 0], &all), [3, 3]);
+    // Column 9 is in one packet, 16 and 17 are in the next one; one row is beyond the box.
     let mut some = [0; SIDE];
     (some[20], some[22], some[29], some[30]) =
         (1 << 9, 1 << 9 | 1 << 16, 1 << 16 | 1 << 17, 1 << 9);
-    assert_eq!(met([9, 32, 20, 29], &some), [10, 30, 4]);
-    assert_eq!(met([9, 32, 20, 29], &[0; SIDE]), [10, 30, 0]);
+    assert_eq!(met([9, 32, 20, 29], &some), [40, 4]);
+    assert_eq!(met([9, 32, 20, 29], &[0; SIDE]), [40, 0]);
 }
