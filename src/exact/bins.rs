@@ -544,7 +544,7 @@ impl EightBoxes {
         let (left, right) = (self.0, self.0 >> 8_u32);
         let is_0 = |lanes: u32x8| (lanes & octets).simd_eq(u32x8::splat(0));
         let begins_at_box = is_0(right - left) & !is_0(right ^ left);
-        let end = left + last & u32x8::splat(0xff);
+        let end = (left + last) & u32x8::splat(0xff);
         let from_box = self.0 & !u32x8::splat(0xff00) | end << 8_u32;
         let aligned = self.0 & !last | last << 8_u32;
         Self(begins_at_box.select(from_box, aligned))

@@ -117,6 +117,18 @@ impl SphereDepths {
         self.b_terms + self.d_upper.sqrt()
     }
 
+    /// The lower and the upper bound of `d` in a part of the rectangle, its error included; the part
+    /// is given by the middle and half of the length of its columns, and of its rows.
+    pub(super) fn range_of_d(&self, [p, across]: [f64; 2], [q, down]: [f64; 2]) -> [f64; 2] {
+        let [d00, d10, d01, d20, d11, d02] = self.d;
+        let middle = d00 + (d10 + d20 * p + d11 * q) * p + (d01 + d02 * q) * q;
+        let slopes = [d10 + 2.0 * d20 * p + d11 * q, d01 + 2.0 * d02 * q + d11 * p];
+        let linear = slopes[0].abs() * across + slopes[1].abs() * down;
+        let bulge = d20.abs() * across * across + (d11.abs() * across + d02.abs() * down) * down;
+        let span = linear + bulge + 2.0 * self.d_bound;
+        [middle - span, middle + span]
+    }
+
     /// With `d` and `b` of 0.
     pub(super) fn without_depths(&self) -> Self {
         Self {

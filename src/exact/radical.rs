@@ -252,11 +252,15 @@ impl<'a> Side<'a> {
         let [q, down] = half(region.top, region.bottom, depths.row);
         let middle = l[0] + l[1] * p + l[2] * q;
         let span = (l[1] * across).abs() + (l[2] * down).abs() + 2.0 * l_bound;
-        let lower = middle - span;
-        if middle + span < 0.0 {
+        let (lower, upper) = (middle - span, middle + span);
+        if upper < 0.0 {
             return above;
         }
-        if lower > 0.0 && lower * lower > depths.d_upper {
+        let [least, greatest] = depths.range_of_d([p, across], [q, down]);
+        if upper * upper < least {
+            return above;
+        }
+        if lower > 0.0 && lower * lower > greatest {
             return below;
         }
         let float = |value: f64| value as f32;

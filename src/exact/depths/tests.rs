@@ -107,6 +107,53 @@ fn floats_are_within_their_bounds() {
     );
 }
 
+#[test]
+fn d_is_within_its_range_in_every_part_of_the_rectangle() {
+    let (mut inside, mut sharp) = (0, 0);
+    each_trial(20_000, |trial, random| {
+        let grid = trial.grid(random);
+        let around = rectangles(trial, random);
+        let of = |lanes: f64x8| lanes.to_array()[0];
+        let depths = Depths::new(&grid, &around, &trial.eight());
+        let sphere = depths.of_sphere(0, &trial.eight(), (0, 0), Bounds::Proven);
+        if !sphere.known {
+            return Ok(());
+        }
+        let mut part = |half: f64| {
+            let mut end = || random.below(2 * half as u64 + 1) as f64 - half;
+            let (a, b) = (end(), end());
+            [0.5 * (a + b), 0.5 * (a - b).abs()]
+        };
+        let (columns, rows) = (part(of(around.across)), part(of(around.down)));
+        let range = sphere.range_of_d(columns, rows);
+        let unit_scale = dyadic(grid.scale);
+        for [p, q] in [
+            [-1.0, -1.0],
+            [1.0, 1.0],
+            [-1.0, 1.0],
+            [1.0, -1.0],
+            [0.0, 0.0],
+        ] {
+            let at = |[middle, half]: [f64; 2], side: f64| (middle + half * side).floor();
+            let truth = trial.truth_at(
+                of(around.columns) + at(columns, p),
+                of(around.rows) + at(rows, q),
+            );
+            let unit = &truth.c * &truth.z;
+            let exact = &truth.d * &unit_scale * &unit_scale;
+            let [least, greatest] = range.map(|end| dyadic(end) * &unit * &unit);
+            if exact < least || exact > greatest {
+                return Err(format!("{range:?} in {columns:?}, {rows:?} at {p}, {q}"));
+            }
+            inside += 1;
+        }
+        let [least, greatest] = range;
+        sharp += u64::from(least > 0.0 && greatest < 2.0 * least);
+        Ok(())
+    });
+    assert!(inside > 50_000 && sharp > 1_000, "only {inside}, {sharp}");
+}
+
 fn doubles(depths: &Depths) -> [f64x8; 11] {
     [
         depths.d00,

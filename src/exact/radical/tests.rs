@@ -280,8 +280,8 @@ fn bounds_of_sides_have_all_terms() {
     );
 }
 
-/// Two spheres of which one is nearer in the left half of a tile, the other in the right half.
-fn halves() -> (Grid, [SphereDepths; 2]) {
+/// Two spheres in a tile that is all of the picture.
+fn two(centres: [[f32; 3]; 2], radii: [f32; 2]) -> (Grid, [SphereDepths; 2]) {
     let viewport = Viewport {
         width: 1.0,
         height: 1.0,
@@ -290,10 +290,10 @@ fn halves() -> (Grid, [SphereDepths; 2]) {
     let size = ImageSize::new(SIDE as u32, SIDE as u32).expect("a size");
     let camera = Camera::new(viewport, size);
     let grid = Grid::new(camera);
-    let depths = [-0.5, 0.5].map(|x| {
+    let depths = [0, 1].map(|at| {
         let sphere = Sphere {
-            centre: [x, 0.0, 10.0],
-            radius: 8.0,
+            centre: centres[at],
+            radius: radii[at],
             colour: [0; 3],
         };
         let trial = Trial {
@@ -307,10 +307,67 @@ fn halves() -> (Grid, [SphereDepths; 2]) {
     (grid, depths)
 }
 
+/// The walls of two spheres around the camera are told apart as a whole in regions that are not
+/// close to where they change places.
+#[test]
+fn which_of_two_walls_is_nearer_is_known_in_whole_regions() {
+    let (grid, [one, other]) = two([[0.0, 0.0, 0.0], [-0.75, 0.0, 0.25]], [2.0, 1.9]);
+    let all = Region {
+        left: 0,
+        right: SIDE - 1,
+        top: 0,
+        bottom: SIDE - 1,
+    };
+    let mut columns = NearerColumns::default();
+    let Nearer::Varies(seam) = compare(&grid, Bounds::Proven, all, &one, &other) else {
+        panic!("they do not change places");
+    };
+    seam.columns(&mut columns);
+    let all_of = |of: &[u64; SIDE], bits: u64| of.iter().all(|row| row & bits == bits);
+    let mut constant = [0, 0];
+    for left in (LANES..SIDE - LANES).step_by(LANES) {
+        let region = Region {
+            left,
+            right: left + LANES - 1,
+            ..all
+        };
+        let nearer = compare(&grid, Bounds::Proven, region, &one, &other);
+        // With eight columns on either side.
+        let around = 0xff_ffff << (left - LANES);
+        if all_of(&columns.first, around) {
+            assert!(matches!(nearer, Nearer::First), "{region:?}: {nearer:?}");
+            constant[0] += 1;
+        } else if all_of(&columns.second, around) {
+            assert!(matches!(nearer, Nearer::Second), "{region:?}: {nearer:?}");
+            constant[1] += 1;
+        }
+    }
+    assert!(constant.iter().all(|&count| count > 0), "{constant:?}");
+}
+
+/// Wherever the camera is.
+#[test]
+fn a_sphere_within_another_one_is_told_apart_in_the_whole_tile() {
+    let all = Region {
+        left: 0,
+        right: SIDE - 1,
+        top: 0,
+        bottom: SIDE - 1,
+    };
+    for (z, inner_is_nearer) in [(1.75, false), (0.0, true), (0.5, true)] {
+        let centres = [[0.0, 0.0, z], [0.25, -0.125, z]];
+        let (grid, [inner, outer]) = two(centres, [1.0, 1.5]);
+        let nearer = compare(&grid, Bounds::Proven, all, &inner, &outer);
+        let said = matches!(nearer, Nearer::First) == inner_is_nearer
+            && matches!(nearer, Nearer::Second) != inner_is_nearer;
+        assert!(said, "z = {z}: {nearer:?}");
+    }
+}
+
 /// In every pixel of any region but those where the two change places.
 #[test]
 fn which_of_two_is_nearer_is_known_beside_the_plane() {
-    let (grid, [left_one, right_one]) = halves();
+    let (grid, [left_one, right_one]) = two([[-0.5, 0.0, 10.0], [0.5, 0.0, 10.0]], [8.0; 2]);
     let (before, after) = (SIDE / 2 - 1, SIDE / 2);
     let full = |from: usize, to: usize| u64::MAX >> (SIDE - 1 - to) & u64::MAX << from;
     for first in 0..SIDE {
