@@ -129,6 +129,19 @@ impl SphereDepths {
         [middle - span, middle + span]
     }
 
+    /// With `b` times `unit`, and `d` times its square.
+    pub(super) fn times(&self, unit: f64) -> Self {
+        let square = |d: f64| d * unit * unit;
+        Self {
+            d: self.d.map(square),
+            b: self.b.map(|b| b * unit),
+            d_bound: square(self.d_bound),
+            d_upper: square(self.d_upper),
+            b_terms: self.b_terms * unit,
+            ..*self
+        }
+    }
+
     /// With `d` and `b` of 0.
     pub(super) fn without_depths(&self) -> Self {
         Self {

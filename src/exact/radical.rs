@@ -122,9 +122,9 @@ pub(super) fn compare(
     };
     let on_both = first.power == 0.0 && second.power == 0.0;
     let flat;
-    let (mut side, above_is_tested) = if power.abs() > limit && tested.known {
-        let side = Side::new(grid, tested, other.sphere, power, 0.0);
-        (side, both_outside || !tests_less)
+    let (mut depths, mut plane, above_is_tested) = if power.abs() > limit && tested.known {
+        let plane = Plane::new(grid, tested, other, power, 0.0);
+        (tested, plane, both_outside || !tests_less)
     } else if on_both || tested.known && other.known {
         // The camera is nearly in the plane, so the direction of the ray decides.
         flat = tested.without_depths();
@@ -135,10 +135,17 @@ pub(super) fn compare(
             2.0 * limit / unit * tested.upper().max(other.upper())
         };
         let power = if both_outside { unit } else { -unit };
-        (Side::new(grid, &flat, other.sphere, power, more), true)
+        (&flat, Plane::new(grid, &flat, other, power, more), true)
     } else {
         return Nearer::Unknown;
     };
+    let in_unit;
+    if plane.terms > GREATEST_SIDE {
+        let unit = unit_of(plane.terms);
+        in_unit = depths.times(unit);
+        (depths, plane) = (&in_unit, plane.times(unit));
+    }
+    let mut side = Side::new(grid, depths, other, &plane);
     match bounds {
         Bounds::Proven => {}
         Bounds::Ignored => (side.l_bound, side.bound) = (0.0, 0.0),
@@ -191,6 +198,57 @@ impl Choice {
     }
 }
 
+/// The greatest `l` of which no square overflows in floats.
+const GREATEST_SIDE: f64 = (1_u64 << 60) as f64;
+
+/// The greatest power of two by which `terms` becomes at most [`GREATEST_SIDE`]. Powers of two
+/// change no sign.
+#[cold]
+fn unit_of(terms: f64) -> f64 {
+    const EXPONENT: u64 = 0x7ff << 52;
+    f64::from_bits((GREATEST_SIDE / terms).to_bits() & EXPONENT)
+}
+
+/// What `l` is computed from, but for the spheres.
+struct Plane {
+    /// `2 g/(c' - c)`
+    scale: f64,
+    /// The sum of the magnitudes of the terms of `l`.
+    terms: f64,
+    /// What `l` may be wrong by, but for roundings.
+    more: f64,
+}
+
+impl Plane {
+    /// `power` is `c' - c`.
+    fn new(
+        grid: &Grid,
+        tested: &SphereDepths,
+        other: &SphereDepths,
+        power: f64,
+        more: f64,
+    ) -> Self {
+        let scale = 2.0 * grid.scale / power;
+        let apart = |axis: usize| (other.sphere[axis] - tested.sphere[axis]).abs();
+        let x_upper = tested.x0.abs() + tested.across * grid.x_axis.step.abs();
+        let y_upper = tested.y0.abs() + tested.down * grid.y_axis.step.abs();
+        let terms = apart(0) * x_upper + apart(1) * y_upper + apart(2);
+        Self {
+            scale,
+            terms: scale.abs() * terms + tested.b_terms,
+            more,
+        }
+    }
+
+    fn times(&self, unit: f64) -> Self {
+        Self {
+            scale: self.scale * unit,
+            terms: self.terms * unit,
+            more: self.more * unit,
+        }
+    }
+}
+
 /// On which side of the radical plane the tested sphere is hit: `d` and `l` in doubles.
 struct Side<'a> {
     depths: &'a SphereDepths,
@@ -202,25 +260,12 @@ struct Side<'a> {
 }
 
 impl<'a> Side<'a> {
-    /// `power` is `c' - c`; `l` may be wrong by `more` than by its roundings.
-    fn new(grid: &Grid, depths: &'a SphereDepths, other: [f64; 4], power: f64, more: f64) -> Self {
-        let (dx, dy) = (grid.x_axis.step, -grid.y_axis.step);
-        let &SphereDepths {
-            across,
-            down,
-            x0,
-            y0,
-            ..
-        } = depths;
-        let scale = 2.0 * grid.scale / power;
-        let l = radical_plane(depths.sphere, other, scale, [x0, y0, dx, dy], depths.b);
-        let apart = |axis: usize| (other[axis] - depths.sphere[axis]).abs();
-        let x_terms = apart(0) * (x0.abs() + across * dx.abs());
-        let y_terms = apart(1) * (y0.abs() + down * dy.abs());
-        let terms = scale.abs() * (x_terms + y_terms + apart(2)) + depths.b_terms;
-        let l_upper = l[0].abs() + across * l[1].abs() + down * l[2].abs();
-        let l_bound =
-            PLANE_SIDE_BOUND * l_upper + PLANE_TERMS_BOUND * terms + UNDERFLOW_BOUND + more;
+    fn new(grid: &Grid, depths: &'a SphereDepths, other: &SphereDepths, plane: &Plane) -> Self {
+        let place = [depths.x0, depths.y0, grid.x_axis.step, -grid.y_axis.step];
+        let l = radical_plane(depths.sphere, other.sphere, plane.scale, place, depths.b);
+        let l_upper = l[0].abs() + depths.across * l[1].abs() + depths.down * l[2].abs();
+        let roundings = PLANE_SIDE_BOUND * l_upper + PLANE_TERMS_BOUND * plane.terms;
+        let l_bound = roundings + UNDERFLOW_BOUND + plane.more;
         let l_upper = l_upper + l_bound;
         let squares = 2.0 * l_bound + SIDE_BOUND * l_upper;
         Self {

@@ -1,9 +1,9 @@
 //! Which of two spheres is nearer, against the decision of each pixel.
 
 use super::{
-    Bounds, CANCELLATION_LIMIT, Grid, LANES, Nearer, NearerColumns, PLANE_SIDE_BOUND,
-    PLANE_TERMS_BOUND, POWERS_CANCELLATION_LIMIT, Region, SIDE, SIDE_BOUND, UNDERFLOW_BOUND,
-    compare, power_between,
+    Bounds, CANCELLATION_LIMIT, GREATEST_SIDE, Grid, LANES, Nearer, NearerColumns,
+    PLANE_SIDE_BOUND, PLANE_TERMS_BOUND, POWERS_CANCELLATION_LIMIT, Region, SIDE, SIDE_BOUND,
+    UNDERFLOW_BOUND, compare, power_between,
 };
 use crate::{
     camera::{Camera, ImageSize},
@@ -207,7 +207,7 @@ fn differences_of_powers_are_known_beyond_their_limits() {
 /// The bounds of theorem 10, from the numbers of both spheres, in the order of the proof.
 #[test]
 fn bounds_of_sides_have_all_terms() {
-    let mut compared = [0, 0];
+    let (mut compared, mut shrunk) = ([0, 0], 0);
     each_trial(30_000, |trial, random| {
         let Some(Meeting {
             grid,
@@ -248,17 +248,21 @@ fn bounds_of_sides_have_all_terms() {
         let y_upper = tested.y0.abs() + tested.down * grid.y_axis.step;
         let terms = 2.0 * grid.scale / power * (apart(0) * x_upper + apart(1) * y_upper + apart(2))
             + b_terms;
+        let unit_of_side = (GREATEST_SIDE / terms).log2().floor().exp2().min(1.0);
+        let [terms, more] = [terms, more].map(|value| value * unit_of_side);
+        let d_bound = d_bound * unit_of_side * unit_of_side;
         let [l0, l1, l2] = seam.l.map(|of| f64::from(of.abs()));
         let upper = l0 + tested.across * l1 + tested.down * l2;
         let l_bound = PLANE_SIDE_BOUND * upper + PLANE_TERMS_BOUND * terms + UNDERFLOW_BOUND + more;
         let upper = upper + l_bound;
         let bound = d_bound + (2.0 * l_bound + SIDE_BOUND * upper) * upper + UNDERFLOW_BOUND;
-        if !(1e-30..1e30).contains(&bound) {
+        if !(1e-30..1e38).contains(&bound) {
             return Ok(());
         }
+        shrunk += u64::from(unit_of_side < 1.0);
         // What is looked at is what is compared: `l` is `2 (C' - C).V/g` in the plane.
         if flat {
-            let across = 2.0 * apart(0) * grid.x_axis.step / grid.scale;
+            let across = 2.0 * apart(0) * grid.x_axis.step / grid.scale * unit_of_side;
             if across > 1e-30 && (l1 - across).abs() > 1e-6 * across {
                 return Err(format!("{l1:e} instead of {across:e} across"));
             }
@@ -275,10 +279,18 @@ fn bounds_of_sides_have_all_terms() {
         }
     });
     assert!(
-        compared.iter().all(|&count| count > 300),
-        "only {compared:?}"
+        compared.iter().all(|&count| count > 300) && shrunk > 100,
+        "only {compared:?}, {shrunk}"
     );
 }
+
+/// All pixels of a tile.
+const ALL: Region = Region {
+    left: 0,
+    right: SIDE - 1,
+    top: 0,
+    bottom: SIDE - 1,
+};
 
 /// Two spheres in a tile that is all of the picture.
 fn two(centres: [[f32; 3]; 2], radii: [f32; 2]) -> (Grid, [SphereDepths; 2]) {
@@ -312,14 +324,8 @@ fn two(centres: [[f32; 3]; 2], radii: [f32; 2]) -> (Grid, [SphereDepths; 2]) {
 #[test]
 fn which_of_two_walls_is_nearer_is_known_in_whole_regions() {
     let (grid, [one, other]) = two([[0.0, 0.0, 0.0], [-0.75, 0.0, 0.25]], [2.0, 1.9]);
-    let all = Region {
-        left: 0,
-        right: SIDE - 1,
-        top: 0,
-        bottom: SIDE - 1,
-    };
     let mut columns = NearerColumns::default();
-    let Nearer::Varies(seam) = compare(&grid, Bounds::Proven, all, &one, &other) else {
+    let Nearer::Varies(seam) = compare(&grid, Bounds::Proven, ALL, &one, &other) else {
         panic!("they do not change places");
     };
     seam.columns(&mut columns);
@@ -329,7 +335,7 @@ fn which_of_two_walls_is_nearer_is_known_in_whole_regions() {
         let region = Region {
             left,
             right: left + LANES - 1,
-            ..all
+            ..ALL
         };
         let nearer = compare(&grid, Bounds::Proven, region, &one, &other);
         // With eight columns on either side.
@@ -345,19 +351,31 @@ fn which_of_two_walls_is_nearer_is_known_in_whole_regions() {
     assert!(constant.iter().all(|&count| count > 0), "{constant:?}");
 }
 
+/// However close they are: the plane is then far beyond all floats.
+#[test]
+fn which_of_two_is_nearer_is_known_of_the_closest_spheres() {
+    for exponent in 8..150 {
+        let apart = 2_f64.powi(-exponent) as f32;
+        let (grid, [left_one, right_one]) = two([[0.0, 0.0, 10.0], [apart, 0.0, 10.0]], [8.0; 2]);
+        let Nearer::Varies(seam) = compare(&grid, Bounds::Proven, ALL, &left_one, &right_one)
+        else {
+            panic!("2^-{exponent}: they do not change places");
+        };
+        let mut nearer = NearerColumns::default();
+        seam.columns(&mut nearer);
+        let left_half = u64::MAX >> (SIDE / 2);
+        assert_eq!(nearer.first, [left_half; SIDE], "2^-{exponent}");
+        assert_eq!(nearer.second, [!left_half; SIDE], "2^-{exponent}");
+    }
+}
+
 /// Wherever the camera is.
 #[test]
 fn a_sphere_within_another_one_is_told_apart_in_the_whole_tile() {
-    let all = Region {
-        left: 0,
-        right: SIDE - 1,
-        top: 0,
-        bottom: SIDE - 1,
-    };
     for (z, inner_is_nearer) in [(1.75, false), (0.0, true), (0.5, true)] {
         let centres = [[0.0, 0.0, z], [0.25, -0.125, z]];
         let (grid, [inner, outer]) = two(centres, [1.0, 1.5]);
-        let nearer = compare(&grid, Bounds::Proven, all, &inner, &outer);
+        let nearer = compare(&grid, Bounds::Proven, ALL, &inner, &outer);
         let said = matches!(nearer, Nearer::First) == inner_is_nearer
             && matches!(nearer, Nearer::Second) != inner_is_nearer;
         assert!(said, "z = {z}: {nearer:?}");
