@@ -342,6 +342,10 @@ pub(super) const PLANE_TERMS_BOUND: f64 = 1.0 / (1 << 26) as f64;
 /// | to spare | 1 | 3 |
 pub(super) const SIDE_BOUND: f64 = 3.0 * U32;
 
+/// The greatest sum of the magnitudes of the terms of `l` in floats, so that no square overflows. A
+/// choice, not an error: beyond it another unit is taken.
+pub(super) const GREATEST_SIDE: f64 = (1_u64 << 60) as f64;
+
 /// What operations that underflow can lose, which is relative to nothing. In units of half the
 /// spacing of subnormals, `2^-150`, with `|p|` and `|q|` at most 41:
 ///
@@ -402,6 +406,27 @@ pub(super) const SIGHT_SQUARED_CROSS: f64 = 5.0;
 /// | the product, two sums | 3 | 5 |
 /// | to spare, which theorem 6 needs where `B` cancels with the root | 1 | 6 |
 pub(super) const SIGHT_DOT: f64 = 6.0;
+
+/// `(c' - c) s` of two spheres, of the magnitudes of the terms of `c' - c`, times the upper bound of
+/// `s`.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | two differences or sums, the product, three sums | 6 | 6 |
+/// | the product with `s`, its share of the difference | 2 | 8 |
+/// | the part for the width of the bounds of `s`: `c' - c`, a difference, a product, two sums | 10 | 18 |
+/// | to spare | 2 | 20 |
+pub(super) const SIGHT_POWER: f64 = 20.0;
+
+/// `2 (C' - C).V`, of the magnitudes of its terms.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | `x` or `y` | 2 | 2 |
+/// | `C' - C`, the product, two sums | 4 | 6 |
+/// | its share of the difference | 1 | 7 |
+/// | to spare | 1 | 8 |
+pub(super) const SIGHT_ALONG: f64 = 8.0;
 
 /// A quotient of `c` or `A` and of a sum with a root, of values that are bounds already.
 ///

@@ -1,15 +1,17 @@
-//! The last stages: one pixel at a time, eight spheres at a time, first in doubles, then in
-//! double-doubles, then in [`integers`](super::integers). Each takes the pixels that the one
-//! before leaves undecided.
+//! The last stages: one pixel at a time, eight spheres at a time, first by inverse depths in doubles,
+//! then by the powers of the hits in doubles, by inverse depths in double-doubles, and in
+//! [`integers`](super::integers). Each takes the pixels that the one before leaves undecided.
 
 use std::cmp::Ordering;
+
+use wide::f64x8;
 
 use super::{
     bins::Candidate,
     bits::set_bits,
     integers,
     real::{DoubleDouble, Real},
-    sight::{Rays, Sights, Targets},
+    sight::{Order, Rays, Sights, Targets},
 };
 use crate::{
     camera::Camera,
@@ -37,7 +39,10 @@ pub(super) fn decide(
     trusted: bool,
 ) -> (Seen, Rung) {
     if trusted {
-        if let Some(seen) = narrow::<wide::f64x8>(camera, (column, row), candidates) {
+        if let Some(seen) = narrow::<f64x8>(camera, (column, row), candidates) {
+            return (seen, Rung::Doubles);
+        }
+        if let Some(seen) = nearest(camera, (column, row), candidates) {
             return (seen, Rung::Doubles);
         }
         if let Some(seen) = narrow::<DoubleDouble>(camera, (column, row), candidates) {
@@ -103,5 +108,76 @@ fn narrow<N: Real>(
         [] => Some(NONE),
         [(seen, _)] if hit => Some(seen),
         _ => None,
+    }
+}
+
+/// The visible sphere, if the powers of the hits can tell, whose differences are relative to those of
+/// the spheres and not to their distances. Otherwise removes candidates that are certainly behind
+/// another one.
+fn nearest(
+    camera: &Camera,
+    (column, row): (u32, u32),
+    candidates: &mut Vec<Candidate>,
+) -> Option<Seen> {
+    let rays = Rays::<f64x8>::of_pixel(camera, column, row);
+    let mut eights: Vec<Eight> = candidates
+        .chunks(LANES)
+        .map(|eight| Eight::new(&rays, eight))
+        .collect();
+    let of_hit = |(at, eight): (usize, &Eight)| {
+        let lane = set_bits(u64::from(eight.sights.hit() & eight.left)).next()?;
+        Some(at * LANES + lane)
+    };
+    let mut leader = eights.iter().enumerate().find_map(of_hit)?;
+    loop {
+        let alone = Eight::new(&rays, &candidates[leader..leader + 1]);
+        let (mut next, mut farthest) = (None, 0.0);
+        for (at, eight) in eights.iter_mut().enumerate() {
+            let order = Order::new(
+                &rays,
+                [
+                    (&alone.targets, &alone.sights),
+                    (&eight.targets, &eight.sights),
+                ],
+            );
+            eight.left &= !order.first;
+            for lane in set_bits(u64::from(order.second & eight.left)) {
+                let apart = order.apart.as_array()[lane];
+                if next.is_none() || apart > farthest {
+                    (next, farthest) = (Some(at * LANES + lane), apart);
+                }
+            }
+        }
+        let Some(nearer) = next else { break };
+        leader = nearer;
+    }
+    let mut places = 0..;
+    candidates.retain(|_| {
+        let at: usize = places.next().expect("a place");
+        eights[at / LANES].left >> (at % LANES) & 1 == 1
+    });
+    match candidates[..] {
+        [(seen, _)] => Some(seen),
+        _ => None,
+    }
+}
+
+/// Up to eight spheres and the inverse depths at which they are hit.
+struct Eight {
+    targets: Targets<f64x8>,
+    sights: Sights<f64x8>,
+    /// Those that are not certainly behind another one.
+    left: u32,
+}
+
+impl Eight {
+    fn new(rays: &Rays<f64x8>, candidates: &[Candidate]) -> Self {
+        let targets = Targets::of(candidates.iter().map(|&(_, sphere)| sphere));
+        Self {
+            sights: Sights::new(rays, &targets),
+            targets,
+            // Of equal ones, which fill the rest, the first is found first.
+            left: u32::MAX,
+        }
     }
 }

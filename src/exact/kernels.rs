@@ -267,6 +267,28 @@ pub(super) fn power_difference<N: Number>(sphere: [N; 4], other: [N; 4]) -> ([N;
     ([x, y, z, r], x + y + z + r)
 }
 
+/// `f = (c' - c) s - 2 (C' - C).V` of two spheres and an inverse depth `s`, in units of `V`. Before it
+/// `c' - c`, the sum of the magnitudes of its terms, and that of the other product.
+#[inline(always)]
+pub(super) fn difference_at<N: Number>(
+    sphere: [N; 4],
+    other: [N; 4],
+    v: [N; 3],
+    s: N,
+    abs: impl Fn(N) -> N,
+) -> ([N; 3], N) {
+    let ([x, y, z, r], power) = power_difference(sphere, other);
+    let power_terms = abs(x) + abs(y) + abs(z) + abs(r);
+    let along = |axis: usize| (other[axis] - sphere[axis]) * v[axis];
+    let [x, y, z] = [along(0), along(1), along(2)];
+    let two = N::constant(2.0);
+    let along_terms = (abs(x) + abs(y) + abs(z)) * two;
+    (
+        [power, power_terms, along_terms],
+        power * s - (x + y + z) * two,
+    )
+}
+
 /// `l` around the middle of a rectangle: `scale (other - tested).V - b`.
 #[inline(always)]
 pub(super) fn radical_plane<N: Number>(

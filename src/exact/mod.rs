@@ -21,7 +21,7 @@
 //! | tile of few spheres | `coverage` | masks from far to near; contested pixels |
 //! | | `packet` | eight pixels against a sphere, each inverse depth an interval |
 //! | tile of many spheres | `crowd` | packets for every pixel, nearest first where that pays |
-//! | undecided pixels | `integers`, `decide` | doubles, double-doubles, integers |
+//! | undecided pixels | `integers`, `decide` | doubles: depths, then powers; double-doubles; integers |
 //! | | `counts` | how many pixels each step settled |
 //! | all of it | `rows`, `band` | whole rows where no inverse depths overlap; a row of tiles |
 //! | | `engine` | a prepared scene and memory to draw it in |

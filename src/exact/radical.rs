@@ -25,8 +25,8 @@ use wide::f32x8;
 use super::{
     bins::Record,
     bounds::{
-        CANCELLATION_LIMIT, PLANE_SIDE_BOUND, PLANE_TERMS_BOUND, POWERS_CANCELLATION_LIMIT,
-        SIDE_BOUND, UNDERFLOW_BOUND,
+        CANCELLATION_LIMIT, GREATEST_SIDE, PLANE_SIDE_BOUND, PLANE_TERMS_BOUND,
+        POWERS_CANCELLATION_LIMIT, SIDE_BOUND, UNDERFLOW_BOUND,
     },
     depths::SphereDepths,
     grid::{Grid, SIDE, STEPS, float_above},
@@ -197,9 +197,6 @@ impl Choice {
         }
     }
 }
-
-/// The greatest `l` of which no square overflows in floats.
-const GREATEST_SIDE: f64 = (1_u64 << 60) as f64;
 
 /// The greatest power of two by which `terms` becomes at most [`GREATEST_SIDE`]. Powers of two
 /// change no sign.

@@ -17,11 +17,11 @@ use wide::f64x8;
 
 use super::{
     bounds::{
-        CANCELLATION_LIMIT, SIGHT_CROSS, SIGHT_DOT, SIGHT_QUOTIENT, SIGHT_SQUARED_CROSS,
-        SIGHT_SQUARED_RADIUS,
+        CANCELLATION_LIMIT, SIGHT_ALONG, SIGHT_CROSS, SIGHT_DOT, SIGHT_POWER, SIGHT_QUOTIENT,
+        SIGHT_SQUARED_CROSS, SIGHT_SQUARED_RADIUS,
     },
     grid::{EightSpheres, splat},
-    kernels::Number,
+    kernels::{Number, difference_at},
     real::Real,
 };
 use crate::{
@@ -247,6 +247,64 @@ impl<N: Real> Sights<N> {
         Self {
             lower: self.lower.where_or(mask, other.lower),
             upper: self.upper.where_or(mask, other.upper),
+        }
+    }
+
+    /// The lanes that are surely hit.
+    pub(super) fn hit(&self) -> u32 {
+        self.lower.exceeds(N::splat(f64::NEG_INFINITY)).to_bitmask()
+    }
+}
+
+/// Spheres that are told apart by their powers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Order {
+    /// Lanes in which the first of two spheres is nearer, and in which the second is.
+    pub(super) first: u32,
+    pub(super) second: u32,
+    /// In these, the greater the farther the hits are from where both spheres would be equally near.
+    pub(super) apart: f64x8,
+}
+
+impl Order {
+    /// Compares spheres, lane by lane, whose `sights` along the same rays are given. The sign of
+    ///
+    /// ```text
+    /// f = (c' - c) s - 2 (C' - C).V
+    /// ```
+    ///
+    /// with `s` of either hit says on which side of their radical plane the hits are. (Theorem 11.)
+    pub(super) fn new(
+        rays: &Rays<f64x8>,
+        [first, second]: [(&Targets<f64x8>, &Sights<f64x8>); 2],
+    ) -> Self {
+        let lengths = |targets: &Targets<f64x8>| {
+            let [x, y, z] = targets.centre;
+            [x, y, z, targets.radius]
+        };
+        let (upper, other_upper) = (first.1.upper, second.1.upper);
+        let upper = upper.where_or(upper.exceeds(other_upper), other_upper);
+        let (lower, other_lower) = (first.1.lower, second.1.lower);
+        let lower = lower.where_or(other_lower.exceeds(lower), other_lower);
+        let ([power, power_terms, along_terms], apart) = difference_at(
+            lengths(first.0),
+            lengths(second.0),
+            [rays.x, rays.y, rays.z],
+            upper,
+            f64x8::abs,
+        );
+        let bound = units::<f64x8>(SIGHT_POWER) * power_terms * upper
+            + units::<f64x8>(SIGHT_ALONG) * along_terms
+            + power.abs() * (upper - lower);
+        let zero = splat(0.0);
+        let outside = first.0.power.exceeds(zero) & second.0.power.exceeds(zero);
+        let outside = outside.to_bitmask();
+        let above = apart.exceeds(bound).to_bitmask();
+        let below = (-bound).exceeds(apart).to_bitmask();
+        Self {
+            first: above & outside | below & !outside,
+            second: below & outside | above & !outside,
+            apart: apart.abs(),
         }
     }
 }

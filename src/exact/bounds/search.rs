@@ -505,6 +505,20 @@ of => difference_of_powers(of).1,
     difference.simd_gt(limit).select(difference, f64x8::splat(f64::NAN))
 });
 
+formula!(PowerOfHit, "SIGHT_POWER", SIGHT_POWER * U, 0.05,
+[LENGTH, LENGTH, LENGTH, WIDTH, LENGTH, LENGTH, LENGTH, WIDTH, Double(-4, 4)],
+of => difference_of_powers(of).1 * of[8],
+sum_of_magnitudes(difference_of_powers(of).0) * of[8]);
+
+formula!(PowerAlong, "SIGHT_ALONG", SIGHT_ALONG * U, 0.2,
+[LENGTH, LENGTH, LENGTH, LENGTH, LENGTH, LENGTH, WIDTH, WIDTH, NUMERATOR, NUMERATOR],
+of => (of[3] - of[0]) * along(&of[6..9]) + (of[4] - of[1]) * along(&[of[7], of[9], of[8]]) + (of[5] - of[2]) * of[6],
+sum_of_magnitudes([
+    (of[3] - of[0]) * along(&of[6..9]),
+    (of[4] - of[1]) * along(&[of[7], of[9], of[8]]),
+    (of[5] - of[2]) * of[6],
+]));
+
 const TINY: Kind = Double(-149, -137);
 
 // What underflows, and is not within the relative bound.
@@ -610,6 +624,8 @@ fn search(begins: u64, steps: u64) -> Vec<(&'static str, f64, f64)> {
         found::<RowEnd>(in_floats::<RowEnd>, effort),
         found::<SideOfPlane>(in_floats::<SideOfPlane>, effort),
         found::<DifferenceOfPowers>(in_doubles::<DifferenceOfPowers>, effort),
+        found::<PowerOfHit>(in_doubles::<PowerOfHit>, effort),
+        found::<PowerAlong>(in_doubles::<PowerAlong>, effort),
         found::<Least>(in_floats::<Least>, effort),
         ("U_DOUBLE_DOUBLE", double_doubles(begins, steps), 0.1),
     ]

@@ -26,9 +26,9 @@ use crate::{
     exact::{
         grid::SIDE,
         kernels::{
-            Middle, MiddleRow, Number, Steps, before, farthest, in_column, in_row, nearest_beside,
-            over_power, power_difference, quadratic, radical_plane, row_factor, row_middle,
-            squared_ray, touching, touching_beside,
+            Middle, MiddleRow, Number, Steps, before, difference_at, farthest, in_column, in_row,
+            nearest_beside, over_power, power_difference, quadratic, radical_plane, row_factor,
+            row_middle, squared_ray, touching, touching_beside,
         },
         sight::{Rays, Sights, Targets},
     },
@@ -437,6 +437,24 @@ fn sights() {
     // From the bounds of b and d on: (b - b_bound + sqrt(d - d_bound))/c and its own share.
     let derived = greatest(&[way.lower], &way.bounds());
     counted("SIGHT_QUOTIENT", SIGHT_QUOTIENT, derived, 7);
+}
+
+/// In units of doubles.
+#[test]
+fn powers_of_hits() {
+    let [first, second] = [["x", "y", "z", "r"], ["x'", "y'", "z'", "r'"]];
+    let [first, second] = [first, second].map(|names| names.map(Traced::float));
+    let v = [("Vx", 2), ("Vy", 2), ("Vz", 0)];
+    let v = v.map(|(name, roundings)| Traced::rounded(name, roundings));
+    let [lower, upper] = ["lower", "upper"].map(|name| Traced::rounded(name, 0));
+    let ([power, ..], f) = difference_at(first, second, v, upper, Traced::magnitude);
+    let [product, along] = f.operands();
+    // Each with its share of the difference; the other part of the bound is summed with two more.
+    let of_width = greatest(&[power.magnitude() * (upper - lower)], &[]) + 2;
+    let derived = greatest(&[product], &[]) + 1 + of_width;
+    assert_counted("SIGHT_POWER", SIGHT_POWER, 1.0, derived, 1);
+    let derived = greatest(&[along], &[]) + 1;
+    assert_counted("SIGHT_ALONG", SIGHT_ALONG, 1.0, derived, 0);
 }
 
 /// The bound of `B` has every term that `B` has.

@@ -217,6 +217,29 @@ fn a_ray_along_the_surface_that_the_camera_is_on_meets_nothing() {
     }
 }
 
+/// However close they are, and in whatever order; copies of the nearest need integers.
+#[test]
+fn spheres_that_nearly_coincide_are_told_apart_in_doubles() {
+    let (camera, pixel) = middle();
+    for exponent in [10, 40, 70, 100, 140] {
+        let apart = 2_f64.powi(-exponent) as f32;
+        for count in 2..20 {
+            // The middle ray is along the axis; these move away from it, and so do their front sides.
+            let sphere = |at: u32| (at, [(at + 1) as f32 * apart, 0.0, 10.0, 3.0]);
+            let mut candidates: Vec<Candidate> = (0..count).map(sphere).collect();
+            for turn in 0..count as usize {
+                candidates.rotate_left(turn);
+                let decided = decide(&camera, pixel, &mut candidates.clone(), true);
+                assert_eq!(decided, (0, Rung::Doubles), "2^-{exponent}, {count}");
+            }
+            candidates.push((99, sphere(0).1));
+            let decided = decide(&camera, pixel, &mut candidates, true);
+            assert_eq!(decided, (0, Rung::Integers), "2^-{exponent}, {count}");
+            assert_eq!(candidates.len(), 2);
+        }
+    }
+}
+
 #[test]
 fn what_no_ray_comes_near_is_settled_in_doubles() {
     let (camera, pixel) = middle();
