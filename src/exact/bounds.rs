@@ -332,6 +332,32 @@ pub(super) const PLANE_SIDE_BOUND: f64 = 6.0 * U32;
 /// | to spare | | 64 |
 pub(super) const PLANE_TERMS_BOUND: f64 = 1.0 / (1 << 26) as f64;
 
+/// `c' - c` from the spheres, of the magnitudes of its terms.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | two differences or sums, the product, three sums | 6 | 6 |
+/// | to spare | 2 | 8 |
+pub(super) const DIFFERENCE_BOUND: f64 = 8.0 * U;
+
+/// `c` as depths have it, of `|c| + 2 (Cy^2 + Cz^2)`; no less than its 7 roundings where it is computed
+/// exactly.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | the squares, exact, three sums | 3 | 3 |
+/// | or all of it | 4 | 7 |
+/// | to spare | 1 | 8 |
+pub(super) const POWER_BOUND: f64 = 8.0 * U;
+
+/// `l` in doubles, of the magnitudes of its terms, but for what `c' - c` and `c` are wrong by.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | `X0` or `Y0` 3, the scale 1, two products, `C' - C`, two sums, the difference | 10 | 10 |
+/// | to spare | 2 | 12 |
+pub(super) const PLANE_ROUNDINGS: f64 = 12.0 * U;
+
 /// `d - l |l|` in floats, of the square of the upper bound of `|l|`; that of `d` is the
 /// last one of [`D_BOUND`].
 ///

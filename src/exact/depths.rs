@@ -22,7 +22,8 @@ use wide::f64x8;
 use super::{
     bounds::{
         B_BOUND, COEFFICIENT_BOUND, CROSS_BOUND, D_BOUND, DEPTH_INFLATION, OVERFLOW_LIMIT,
-        PLANE_BOUND, STEADY_RATIO, SUM_OF_PARTS_BOUND, SURE_SHARE, TANGENT_BOUND, UNDERFLOW_BOUND,
+        PLANE_BOUND, POWER_BOUND, STEADY_RATIO, SUM_OF_PARTS_BOUND, SURE_SHARE, TANGENT_BOUND,
+        UNDERFLOW_BOUND,
     },
     grid::{EightSpheres, Grid, float_above, float_below, splat},
     kernels::{Middle, Steps, over_power},
@@ -115,6 +116,12 @@ impl SphereDepths {
     /// The upper bound of the inverse depth.
     pub(super) fn upper(&self) -> f64 {
         self.b_terms + self.d_upper.sqrt()
+    }
+
+    /// What `c` may be wrong by.
+    pub(super) fn power_error(&self) -> f64 {
+        let [_, y, z, _] = self.sphere;
+        POWER_BOUND * (self.power.abs() + 2.0 * (y * y + z * z))
     }
 
     /// The lower and the upper bound of `d` in a part of the rectangle, its error included; the part

@@ -25,8 +25,8 @@ use wide::f32x8;
 use super::{
     bins::Record,
     bounds::{
-        CANCELLATION_LIMIT, GREATEST_SIDE, PLANE_SIDE_BOUND, PLANE_TERMS_BOUND,
-        POWERS_CANCELLATION_LIMIT, SIDE_BOUND, UNDERFLOW_BOUND,
+        CANCELLATION_LIMIT, DIFFERENCE_BOUND, GREATEST_SIDE, PLANE_ROUNDINGS, PLANE_SIDE_BOUND,
+        PLANE_TERMS_BOUND, POWERS_CANCELLATION_LIMIT, SIDE_BOUND, U, UNDERFLOW_BOUND,
     },
     depths::SphereDepths,
     grid::{Grid, SIDE, STEPS, float_above},
@@ -109,7 +109,10 @@ pub(super) fn compare(
     first: &SphereDepths,
     second: &SphereDepths,
 ) -> Nearer {
-    let (difference, limit) = power_between(first, second);
+    let between = PowerBetween::new(first, second);
+    let PowerBetween {
+        difference, limit, ..
+    } = between;
     let Choice {
         tests_first,
         tests_less,
@@ -123,7 +126,8 @@ pub(super) fn compare(
     let on_both = first.power == 0.0 && second.power == 0.0;
     let flat;
     let (mut depths, mut plane, above_is_tested) = if power.abs() > limit && tested.known {
-        let plane = Plane::new(grid, tested, other, power, 0.0);
+        let error = between.error / power.abs();
+        let plane = Plane::new(grid, tested, other, power, error);
         (tested, plane, both_outside || !tests_less)
     } else if on_both || tested.known && other.known {
         // The camera is nearly in the plane, so the direction of the ray decides.
@@ -135,13 +139,14 @@ pub(super) fn compare(
             2.0 * limit / unit * tested.upper().max(other.upper())
         };
         let power = if both_outside { unit } else { -unit };
-        (&flat, Plane::new(grid, &flat, other, power, more), true)
+        let plane = Plane::new(grid, &flat, other, power, 0.0);
+        (&flat, Plane { more, ..plane }, true)
     } else {
         return Nearer::Unknown;
     };
     let in_unit;
-    if plane.terms > GREATEST_SIDE {
-        let unit = unit_of(plane.terms);
+    if plane.terms() > GREATEST_SIDE {
+        let unit = unit_of(plane.terms());
         in_unit = depths.times(unit);
         (depths, plane) = (&in_unit, plane.times(unit));
     }
@@ -154,17 +159,35 @@ pub(super) fn compare(
     side.nearer(region, tests_first == above_is_tested)
 }
 
-/// The power of the second sphere less that of the first, and a limit: from the spheres, or, where that
-/// cancels less, from both powers. Beyond the limit the difference has the right sign and is wrong by
-/// at most `2^-27` of itself; within it the real one is below twice the limit.
-fn power_between(first: &SphereDepths, second: &SphereDepths) -> (f64, f64) {
-    let (terms, difference) = power_difference(first.sphere, second.sphere);
-    let terms = terms.iter().map(|term| term.abs()).sum::<f64>() * CANCELLATION_LIMIT;
-    let powers = (first.power.abs() + second.power.abs()) * POWERS_CANCELLATION_LIMIT;
-    if powers < terms {
-        (second.power - first.power, powers)
-    } else {
-        (difference, terms)
+/// The power of the second sphere less that of the first: from the spheres, or, where that cancels
+/// less, from both powers.
+struct PowerBetween {
+    difference: f64,
+    /// Beyond this the difference has the right sign and is wrong by at most `2^-27` of itself; within
+    /// it the real one is below twice the limit.
+    limit: f64,
+    /// What the difference may be wrong by; less than `2^-27` of itself where little cancels.
+    error: f64,
+}
+
+impl PowerBetween {
+    fn new(first: &SphereDepths, second: &SphereDepths) -> Self {
+        let (terms, difference) = power_difference(first.sphere, second.sphere);
+        let terms = terms.iter().map(|term| term.abs()).sum::<f64>();
+        let powers = first.power.abs() + second.power.abs();
+        if powers * POWERS_CANCELLATION_LIMIT < terms * CANCELLATION_LIMIT {
+            Self {
+                difference: second.power - first.power,
+                limit: powers * POWERS_CANCELLATION_LIMIT,
+                error: first.power_error() + second.power_error() + powers * U,
+            }
+        } else {
+            Self {
+                difference,
+                limit: terms * CANCELLATION_LIMIT,
+                error: terms * DIFFERENCE_BOUND,
+            }
+        }
     }
 }
 
@@ -210,20 +233,23 @@ fn unit_of(terms: f64) -> f64 {
 struct Plane {
     /// `2 g/(c' - c)`
     scale: f64,
-    /// The sum of the magnitudes of the terms of `l`.
-    terms: f64,
-    /// What `l` may be wrong by, but for roundings.
+    /// What `c' - c` is wrong by, of itself.
+    error: f64,
+    /// The sums of the magnitudes of the terms of the plane, and of `b`.
+    of_plane: f64,
+    of_b: f64,
+    /// What `l` may be wrong by, but for its terms.
     more: f64,
 }
 
 impl Plane {
-    /// `power` is `c' - c`.
+    /// `power` is `c' - c`, wrong by `error` of itself.
     fn new(
         grid: &Grid,
         tested: &SphereDepths,
         other: &SphereDepths,
         power: f64,
-        more: f64,
+        error: f64,
     ) -> Self {
         let scale = 2.0 * grid.scale / power;
         let apart = |axis: usize| (other.sphere[axis] - tested.sphere[axis]).abs();
@@ -232,17 +258,32 @@ impl Plane {
         let terms = apart(0) * x_upper + apart(1) * y_upper + apart(2);
         Self {
             scale,
-            terms: scale.abs() * terms + tested.b_terms,
-            more,
+            error,
+            of_plane: scale.abs() * terms,
+            of_b: tested.b_terms,
+            more: 0.0,
         }
+    }
+
+    fn terms(&self) -> f64 {
+        self.of_plane + self.of_b
     }
 
     fn times(&self, unit: f64) -> Self {
         Self {
             scale: self.scale * unit,
-            terms: self.terms * unit,
+            error: self.error,
+            of_plane: self.of_plane * unit,
+            of_b: self.of_b * unit,
             more: self.more * unit,
         }
+    }
+
+    /// What the terms of `l` may be wrong by, where that is less than what is always enough.
+    #[cold]
+    fn error_of_terms(&self, tested: &SphereDepths) -> f64 {
+        let of_power = tested.power_error() / tested.power.abs();
+        self.error * self.of_plane + of_power * self.of_b + PLANE_ROUNDINGS * self.terms()
     }
 }
 
@@ -261,8 +302,12 @@ impl<'a> Side<'a> {
         let place = [depths.x0, depths.y0, grid.x_axis.step, -grid.y_axis.step];
         let l = radical_plane(depths.sphere, other.sphere, plane.scale, place, depths.b);
         let l_upper = l[0].abs() + depths.across * l[1].abs() + depths.down * l[2].abs();
-        let roundings = PLANE_SIDE_BOUND * l_upper + PLANE_TERMS_BOUND * plane.terms;
-        let l_bound = roundings + UNDERFLOW_BOUND + plane.more;
+        let in_floats = PLANE_SIDE_BOUND * l_upper;
+        let mut of_terms = PLANE_TERMS_BOUND * plane.terms();
+        if of_terms > in_floats && depths.power != 0.0 {
+            of_terms = of_terms.min(plane.error_of_terms(depths));
+        }
+        let l_bound = in_floats + of_terms + UNDERFLOW_BOUND + plane.more;
         let l_upper = l_upper + l_bound;
         let squares = 2.0 * l_bound + SIDE_BOUND * l_upper;
         Self {

@@ -254,7 +254,9 @@ fn radical_planes() {
     let [tested, other] = [["x", "y", "z", "r"], ["x'", "y'", "z'", "r'"]];
     let [tested, other] = [tested, other].map(|names| names.map(Traced::float));
     let (_, difference) = power_difference(tested, other);
-    let of_terms = f64::from(greatest(&[difference], &[]) + 1) * U / CANCELLATION_LIMIT;
+    let roundings = greatest(&[difference], &[]);
+    assert_counted("DIFFERENCE_BOUND", DIFFERENCE_BOUND, U, roundings, 1);
+    let of_terms = f64::from(roundings + 1) * U / CANCELLATION_LIMIT;
     let of_powers = 2_f64.powi(-32) / POWERS_CANCELLATION_LIMIT;
 
     let b = ["b00", "b10", "b01"].map(|name| Traced::rounded(name, 0));
@@ -263,7 +265,9 @@ fn radical_planes() {
     let power = Traced::rounded("c' - c", 0);
     let plane = radical_plane(tested, other, Traced::constant(2.0) / power, ray, b);
     // `b` has its roundings already, and is wrong by what `c` is.
-    let roundings = f64::from(greatest(&plane, &[]).max(9) + 1) * U;
+    let roundings = greatest(&plane, &[]).max(9);
+    assert_counted("PLANE_ROUNDINGS", PLANE_ROUNDINGS, U, roundings, 1);
+    let roundings = f64::from(roundings + 1) * U;
     let derived = of_terms.max(of_powers) + 2_f64.powi(-32) + roundings;
     assert_least("PLANE_TERMS_BOUND", PLANE_TERMS_BOUND, derived);
 
@@ -472,7 +476,12 @@ fn bounds_of_sights_have_all_terms() {
 /// within `2^-32` of itself, as the bounds of floats take it to be.
 #[test]
 fn what_cancels_is_less_than_a_share_of_a_float() {
-    let derived = f64::from(greatest(&middle().k()[1..], &[]));
+    let [_, k] = middle().k();
+    let x = Traced::float("Cx");
+    let exactly = 7;
+    let derived = greatest(&[x.times_plus(x, k)], &[]).max(exactly);
+    assert_counted("POWER_BOUND", POWER_BOUND, U, derived, 0);
+    let derived = f64::from(greatest(&[k], &[]));
     assert!(derived * U / CANCELLATION_LIMIT <= NEARLY);
     // And no more is asked of k than that.
     assert!(2.0 * derived * U / CANCELLATION_LIMIT > NEARLY);

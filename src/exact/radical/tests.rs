@@ -1,14 +1,15 @@
 //! Which of two spheres is nearer, against the decision of each pixel.
 
 use super::{
-    Bounds, CANCELLATION_LIMIT, GREATEST_SIDE, Grid, LANES, Nearer, NearerColumns,
-    PLANE_SIDE_BOUND, PLANE_TERMS_BOUND, POWERS_CANCELLATION_LIMIT, Region, SIDE, SIDE_BOUND,
-    UNDERFLOW_BOUND, compare, power_between,
+    Bounds, CANCELLATION_LIMIT, GREATEST_SIDE, Grid, LANES, Nearer, NearerColumns, PLANE_ROUNDINGS,
+    PLANE_SIDE_BOUND, PLANE_TERMS_BOUND, POWERS_CANCELLATION_LIMIT, PowerBetween, Region, SIDE,
+    SIDE_BOUND, UNDERFLOW_BOUND, compare,
 };
 use crate::{
     camera::{Camera, ImageSize},
     exact::{
         bins::{EightRecords, Record},
+        bounds::POWER_BOUND,
         decide::decide,
         depths::{Depths, SphereDepths},
         trials::{Dyadic, Random, Trial, dyadic, each_trial, on_the_surface, partner, scale},
@@ -166,7 +167,11 @@ fn differences_of_powers_are_known_beyond_their_limits() {
             return Ok(());
         };
         let [of_first, of_second] = [first, second].map(|record| depths(trial, &grid, &record));
-        let (difference, limit) = power_between(&of_first, &of_second);
+        let PowerBetween {
+            difference,
+            limit,
+            error: bound,
+        } = PowerBetween::new(&of_first, &of_second);
         let terms = (0..4).map(|at| {
             let [a, b] = [first.sphere[at], second.sphere[at]].map(f64::from);
             ((b - a) * (b + a)).abs()
@@ -180,6 +185,10 @@ fn differences_of_powers_are_known_beyond_their_limits() {
         }
         let exact = exact_difference(&first, &second);
         let error = dyadic(difference) - &exact;
+        let bound = dyadic(bound);
+        if &error * &error > &bound * &bound {
+            return Err(format!("{difference:e}, wrong by more than {bound:?}"));
+        }
         let most = if difference.abs() > limit {
             beyond[usize::from(of_powers < of_terms)] += 1;
             dyadic(difference * (-27.0_f64).exp2())
@@ -207,7 +216,7 @@ fn differences_of_powers_are_known_beyond_their_limits() {
 /// The bounds of theorem 10, from the numbers of both spheres, in the order of the proof.
 #[test]
 fn bounds_of_sides_have_all_terms() {
-    let (mut compared, mut shrunk) = ([0, 0], 0);
+    let (mut compared, mut shrunk, mut cancelled) = ([0, 0], 0, 0);
     each_trial(30_000, |trial, random| {
         let Some(Meeting {
             grid,
@@ -220,7 +229,11 @@ fn bounds_of_sides_have_all_terms() {
             return Ok(());
         };
         // Of two spheres before the camera the one of less power is tested.
-        let (difference, limit) = power_between(&of_first, &of_second);
+        let PowerBetween {
+            difference,
+            limit,
+            error,
+        } = PowerBetween::new(&of_first, &of_second);
         if !(of_first.power > 0.0 && of_second.power > 0.0) {
             return Ok(());
         }
@@ -246,20 +259,35 @@ fn bounds_of_sides_have_all_terms() {
         let apart = |axis: usize| (other.sphere[axis] - tested.sphere[axis]).abs();
         let x_upper = tested.x0.abs() + tested.across * grid.x_axis.step;
         let y_upper = tested.y0.abs() + tested.down * grid.y_axis.step;
-        let terms = 2.0 * grid.scale / power * (apart(0) * x_upper + apart(1) * y_upper + apart(2))
-            + b_terms;
+        let of_plane =
+            2.0 * grid.scale / power * (apart(0) * x_upper + apart(1) * y_upper + apart(2));
+        let terms = of_plane + b_terms;
+        // Of the difference of powers, of the power in `b`, and of the arithmetic.
+        let of_power = if flat { 0.0 } else { error / power };
+        let [_, y, z, _] = tested.sphere;
+        let of_b = POWER_BOUND * (1.0 + 2.0 * (y * y + z * z) / tested.power);
+        let sharp = of_power * of_plane + of_b * b_terms + PLANE_ROUNDINGS * terms;
         let unit_of_side = (GREATEST_SIDE / terms).log2().floor().exp2().min(1.0);
-        let [terms, more] = [terms, more].map(|value| value * unit_of_side);
+        let [terms, sharp, more] = [terms, sharp, more].map(|value| value * unit_of_side);
         let d_bound = d_bound * unit_of_side * unit_of_side;
         let [l0, l1, l2] = seam.l.map(|of| f64::from(of.abs()));
         let upper = l0 + tested.across * l1 + tested.down * l2;
-        let l_bound = PLANE_SIDE_BOUND * upper + PLANE_TERMS_BOUND * terms + UNDERFLOW_BOUND + more;
+        let in_floats = PLANE_SIDE_BOUND * upper;
+        let of_terms = PLANE_TERMS_BOUND * terms;
+        let cancels = of_terms > in_floats;
+        let of_terms = if cancels {
+            of_terms.min(sharp)
+        } else {
+            of_terms
+        };
+        let l_bound = in_floats + of_terms + UNDERFLOW_BOUND + more;
         let upper = upper + l_bound;
         let bound = d_bound + (2.0 * l_bound + SIDE_BOUND * upper) * upper + UNDERFLOW_BOUND;
         if !(1e-30..1e38).contains(&bound) {
             return Ok(());
         }
         shrunk += u64::from(unit_of_side < 1.0);
+        cancelled += u64::from(cancels);
         // What is looked at is what is compared: `l` is `2 (C' - C).V/g` in the plane.
         if flat {
             let across = 2.0 * apart(0) * grid.x_axis.step / grid.scale * unit_of_side;
@@ -279,8 +307,8 @@ fn bounds_of_sides_have_all_terms() {
         }
     });
     assert!(
-        compared.iter().all(|&count| count > 300) && shrunk > 100,
-        "only {compared:?}, {shrunk}"
+        compared.iter().all(|&count| count > 300) && shrunk > 100 && cancelled > 100,
+        "only {compared:?}, {shrunk}, {cancelled}"
     );
 }
 
