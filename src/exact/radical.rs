@@ -109,10 +109,11 @@ pub(super) fn compare(
     first: &SphereDepths,
     second: &SphereDepths,
 ) -> Nearer {
-    let between = PowerBetween::new(first, second);
     let PowerBetween {
-        difference, limit, ..
-    } = between;
+        difference,
+        limit,
+        error,
+    } = PowerBetween::new(first, second);
     let Choice {
         tests_first,
         tests_less,
@@ -126,21 +127,16 @@ pub(super) fn compare(
     let on_both = first.power == 0.0 && second.power == 0.0;
     let flat;
     let (mut depths, mut plane, above_is_tested) = if power.abs() > limit && tested.known {
-        let error = between.error / power.abs();
-        let plane = Plane::new(grid, tested, other, power, error);
+        let plane = Plane::new(grid, tested, other, power, error / power.abs());
         (tested, plane, both_outside || !tests_less)
     } else if on_both || tested.known && other.known {
-        // The camera is nearly in the plane, so the direction of the ray decides.
+        let most = if on_both { 0.0 } else { 2.0 * limit };
         flat = tested.without_depths();
-        let unit = grid.scale * grid.scale;
-        let more = if on_both {
-            0.0
-        } else {
-            2.0 * limit / unit * tested.upper().max(other.upper())
-        };
-        let power = if both_outside { unit } else { -unit };
-        let plane = Plane::new(grid, &flat, other, power, 0.0);
-        (&flat, Plane { more, ..plane }, true)
+        (
+            &flat,
+            Plane::through_camera(grid, tested, other, both_outside, most),
+            true,
+        )
     } else {
         return Nearer::Unknown;
     };
@@ -262,6 +258,29 @@ impl Plane {
             of_plane: scale.abs() * terms,
             of_b: tested.b_terms,
             more: 0.0,
+        }
+    }
+
+    /// If the camera is nearly in the plane, the direction of the ray decides. `c' - c` is at most
+    /// `most`.
+    fn through_camera(
+        grid: &Grid,
+        tested: &SphereDepths,
+        other: &SphereDepths,
+        both_outside: bool,
+        most: f64,
+    ) -> Self {
+        let unit = grid.scale * grid.scale;
+        let power = if both_outside { unit } else { -unit };
+        let more = if most == 0.0 {
+            0.0
+        } else {
+            most / unit * tested.upper().max(other.upper())
+        };
+        Self {
+            more,
+            of_b: 0.0,
+            ..Self::new(grid, tested, other, power, 0.0)
         }
     }
 
