@@ -39,15 +39,22 @@ pub(super) fn decide(
     trusted: bool,
 ) -> (Seen, Rung) {
     if trusted {
-        if let Some(seen) = narrow::<f64x8>(camera, (column, row), candidates) {
+        let mut ray = Sighted::<f64x8>::new(camera, (column, row), candidates);
+        ray.drop_hidden();
+        if let Some(seen) = ray.seen(candidates) {
             return (seen, Rung::Doubles);
         }
-        if let Some(seen) = nearest(camera, (column, row), candidates) {
+        ray.drop_behind_leader(candidates);
+        if let Some(seen) = ray.seen(candidates) {
             return (seen, Rung::Doubles);
         }
-        if let Some(seen) = narrow::<DoubleDouble>(camera, (column, row), candidates) {
+        ray.keep_left(candidates);
+        let mut ray = Sighted::<DoubleDouble>::new(camera, (column, row), candidates);
+        ray.drop_hidden();
+        if let Some(seen) = ray.seen(candidates) {
             return (seen, Rung::DoubleDoubles);
         }
+        ray.keep_left(candidates);
     }
     let ray = integers::Ray::new(camera, column, row);
     let mut nearest: Option<(Seen, integers::InverseDepth)> = None;
@@ -71,113 +78,104 @@ pub(super) fn decide(
     (nearest.map_or(NONE, |(index, _)| index), Rung::Integers)
 }
 
-/// The visible sphere, if this arithmetic can decide. Otherwise removes the candidates that
-/// are certainly not visible.
-fn narrow<N: Real>(
-    camera: &Camera,
-    (column, row): (u32, u32),
-    candidates: &mut Vec<Candidate>,
-) -> Option<Seen> {
-    let rays = Rays::<N>::of_pixel(camera, column, row);
-    let mut greatest_lower = N::splat(f64::NEG_INFINITY);
-    let mut sights = Vec::with_capacity(candidates.len().div_ceil(LANES));
-    for eight in candidates.chunks(LANES) {
-        let spheres = eight.iter().map(|&(_, sphere)| sphere);
-        let sight = Sights::new(&rays, &Targets::<N>::of(spheres));
-        greatest_lower = sight
-            .lower
-            .where_or(sight.lower.exceeds(greatest_lower), greatest_lower);
-        sights.push(sight);
-    }
-    let nearest_lower = greatest_lower.greatest();
-    let none = N::splat(f64::NEG_INFINITY);
-    let mut kept = 0;
-    for (at, sight) in sights.iter().enumerate() {
-        let hidden = nearest_lower.exceeds(sight.upper);
-        let missed = N::splat(f64::MIN).exceeds(sight.upper);
-        let possible = !(hidden | missed).to_bitmask();
-        let lanes = LANES.min(candidates.len() - at * LANES);
-        for lane in set_bits(u64::from(possible & ((1 << lanes) - 1))) {
-            candidates[kept] = candidates[at * LANES + lane];
-            kept += 1;
-        }
-    }
-    candidates.truncate(kept);
-    let hit = nearest_lower.exceeds(none).to_bitmask() != 0;
-    match candidates[..] {
-        [] => Some(NONE),
-        [(seen, _)] if hit => Some(seen),
-        _ => None,
-    }
-}
-
-/// The visible sphere, if the powers of the hits can tell, whose differences are relative to those of
-/// the spheres and not to their distances. Otherwise removes candidates that are certainly behind
-/// another one.
-fn nearest(
-    camera: &Camera,
-    (column, row): (u32, u32),
-    candidates: &mut Vec<Candidate>,
-) -> Option<Seen> {
-    let rays = Rays::<f64x8>::of_pixel(camera, column, row);
-    let mut eights: Vec<Eight> = candidates
-        .chunks(LANES)
-        .map(|eight| Eight::new(&rays, eight))
-        .collect();
-    let of_hit = |(at, eight): (usize, &Eight)| {
-        let lane = set_bits(u64::from(eight.sights.hit() & eight.left)).next()?;
-        Some(at * LANES + lane)
-    };
-    let mut leader = eights.iter().enumerate().find_map(of_hit)?;
-    loop {
-        let alone = Eight::new(&rays, &candidates[leader..leader + 1]);
-        let (mut next, mut farthest) = (None, 0.0);
-        for (at, eight) in eights.iter_mut().enumerate() {
-            let order = Order::new(
-                &rays,
-                [
-                    (&alone.targets, &alone.sights),
-                    (&eight.targets, &eight.sights),
-                ],
-            );
-            eight.left &= !order.first;
-            for lane in set_bits(u64::from(order.second & eight.left)) {
-                let apart = order.apart.as_array()[lane];
-                if next.is_none() || apart > farthest {
-                    (next, farthest) = (Some(at * LANES + lane), apart);
-                }
-            }
-        }
-        let Some(nearer) = next else { break };
-        leader = nearer;
-    }
-    let mut places = 0..;
-    candidates.retain(|_| {
-        let at: usize = places.next().expect("a place");
-        eights[at / LANES].left >> (at % LANES) & 1 == 1
-    });
-    match candidates[..] {
-        [(seen, _)] => Some(seen),
-        _ => None,
-    }
+/// The ray of a pixel, and the candidates that it may hit, eight at a time.
+struct Sighted<N> {
+    rays: Rays<N>,
+    eights: Vec<Eight<N>>,
 }
 
 /// Up to eight spheres and the inverse depths at which they are hit.
-struct Eight {
-    targets: Targets<f64x8>,
-    sights: Sights<f64x8>,
-    /// Those that are not certainly behind another one.
+struct Eight<N> {
+    targets: Targets<N>,
+    sights: Sights<N>,
+    /// Those that may be visible.
     left: u32,
 }
 
-impl Eight {
-    fn new(rays: &Rays<f64x8>, candidates: &[Candidate]) -> Self {
+impl<N: Real> Eight<N> {
+    fn new(rays: &Rays<N>, candidates: &[Candidate]) -> Self {
         let targets = Targets::of(candidates.iter().map(|&(_, sphere)| sphere));
         Self {
             sights: Sights::new(rays, &targets),
             targets,
-            // Of equal ones, which fill the rest, the first is found first.
-            left: u32::MAX,
+            left: u32::MAX >> (u32::BITS - candidates.len() as u32),
+        }
+    }
+}
+
+impl<N: Real> Sighted<N> {
+    fn new(camera: &Camera, (column, row): (u32, u32), candidates: &[Candidate]) -> Self {
+        let rays = Rays::of_pixel(camera, column, row);
+        let eights = candidates.chunks(LANES);
+        Self {
+            eights: eights.map(|eight| Eight::new(&rays, eight)).collect(),
+            rays,
+        }
+    }
+
+    /// Drops the spheres that are missed, or farther than one that is surely hit.
+    fn drop_hidden(&mut self) {
+        let mut greatest_lower = N::splat(f64::NEG_INFINITY);
+        for Eight { sights, .. } in &self.eights {
+            let nearer = sights.lower.exceeds(greatest_lower);
+            greatest_lower = sights.lower.where_or(nearer, greatest_lower);
+        }
+        let nearest_lower = greatest_lower.greatest();
+        for eight in &mut self.eights {
+            let hidden = nearest_lower.exceeds(eight.sights.upper);
+            let missed = N::splat(f64::MIN).exceeds(eight.sights.upper);
+            eight.left &= !(hidden | missed).to_bitmask();
+        }
+    }
+
+    /// The visible sphere, if only one is left and it is surely hit, or none is left.
+    fn seen(&self, candidates: &[Candidate]) -> Option<Seen> {
+        let count = |eight: &Eight<N>| eight.left.count_ones();
+        match self.eights.iter().map(count).sum() {
+            0 => Some(NONE),
+            1 => self.first_hit().map(|at| candidates[at].0),
+            _ => None,
+        }
+    }
+
+    /// The place of the first sphere that is left and surely hit.
+    fn first_hit(&self) -> Option<usize> {
+        self.eights.iter().enumerate().find_map(|(at, eight)| {
+            let lane = set_bits(u64::from(eight.sights.hit() & eight.left)).next()?;
+            Some(at * LANES + lane)
+        })
+    }
+
+    /// Removes the candidates that were dropped.
+    fn keep_left(&self, candidates: &mut Vec<Candidate>) {
+        let mut places = 0..;
+        candidates.retain(|_| {
+            let at: usize = places.next().expect("a place");
+            self.eights[at / LANES].left >> (at % LANES) & 1 == 1
+        });
+    }
+}
+
+impl Sighted<f64x8> {
+    /// Drops spheres that are behind a leader, by the powers of the hits. Their difference is
+    /// relative to the difference of two spheres, not to their distances. (Theorem 11.)
+    fn drop_behind_leader(&mut self, candidates: &[Candidate]) {
+        let mut next = self.first_hit();
+        while let Some(leader) = next {
+            let leader = Eight::new(&self.rays, &candidates[leader..leader + 1]);
+            let mut farthest = f64::NEG_INFINITY;
+            next = None;
+            for (at, eight) in self.eights.iter_mut().enumerate() {
+                let pair = [&leader, eight].map(|of| (&of.targets, &of.sights));
+                let order = Order::new(&self.rays, pair);
+                eight.left &= !order.first;
+                for lane in set_bits(u64::from(order.second & eight.left)) {
+                    let apart = order.apart.as_array()[lane];
+                    if apart > farthest {
+                        (next, farthest) = (Some(at * LANES + lane), apart);
+                    }
+                }
+            }
         }
     }
 }
