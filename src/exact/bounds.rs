@@ -340,14 +340,13 @@ pub(super) const PLANE_TERMS_BOUND: f64 = 1.0 / (1 << 26) as f64;
 /// | to spare | 2 | 8 |
 pub(super) const DIFFERENCE_BOUND: f64 = 8.0 * U;
 
-/// `c` as depths have it, of `|c| + 2 (Cy^2 + Cz^2)`; no less than its 7 roundings where it is computed
-/// exactly.
+/// `c` as depths have it, of `|c| + 2 (Cy^2 + Cz^2)`. It is computed in one of two ways.
 ///
-/// | term | roundings | sum |
-/// | --- | --- | --- |
-/// | the squares, exact, three sums | 3 | 3 |
-/// | or all of it | 4 | 7 |
-/// | to spare | 1 | 8 |
+/// | term | roundings |
+/// | --- | --- |
+/// | the sum of the squares, which are exact | 3 |
+/// | or their expansion (theorem 6), of `c` itself | 7 |
+/// | the greater one, and 1 to spare | 8 |
 pub(super) const POWER_BOUND: f64 = 8.0 * U;
 
 /// `l` in doubles, of the magnitudes of its terms, but for what `c' - c` and `c` are wrong by.
