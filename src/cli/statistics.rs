@@ -145,12 +145,11 @@ pub(crate) fn json_of_job(job: &Job, spheres: usize) -> String {
 }
 
 /// The stages of the engine, and the pixels that each settled.
-fn stages(counts: &Counts) -> [(&'static str, u64); 5] {
+fn stages(counts: &Counts) -> [(&'static str, u64); 4] {
     [
         ("runs", counts.pixels_in_runs),
         ("packets", counts.pixels_in_packets),
         ("doubles", counts.pixels_in_doubles),
-        ("double_doubles", counts.pixels_in_double_doubles),
         ("integers", counts.pixels_in_integers),
     ]
 }

@@ -387,7 +387,7 @@ impl<'a> Band<'a> {
     fn put_decided(&mut self, at: (u32, u32)) {
         let prepared = self.prepared;
         let trusted = prepared.bounds != Bounds::Refused;
-        let candidates = &mut self.scratch.candidates;
+        let candidates = &self.scratch.candidates;
         let (seen, rung) = decide(prepared.grid.camera(), at, candidates, trusted);
         self.counts.settled_by(rung);
         let (column, row) = (at.0 as usize, (at.1 - self.origin) as usize - self.first);

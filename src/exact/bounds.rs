@@ -9,6 +9,8 @@
 //! sum round twice; the tables count twice.
 
 #[cfg(test)]
+mod double_double;
+#[cfg(test)]
 mod gappa;
 #[cfg(test)]
 mod search;
@@ -22,19 +24,6 @@ pub(super) const U: f64 = f64::EPSILON / 2.0;
 
 /// Unit roundoff of floats.
 pub(super) const U32: f64 = f32::EPSILON as f64 / 2.0;
-
-/// Unit roundoff of double-doubles, proven with theorem 6.
-///
-/// | operation | error in `U^2` |
-/// | --- | --- |
-/// | sum | 6 |
-/// | product | 9 |
-/// | quotient | 14 |
-/// | root | 5 |
-/// | of all, with terms in `U^3` | 15 |
-///
-/// One is to spare.
-pub(super) const U_DOUBLE_DOUBLE: f64 = 16.0 * U * U;
 
 /// What is added to a double so that it is above as a float, of itself.
 ///
@@ -391,8 +380,7 @@ pub(super) const SURE_SHARE: f64 = 1.0 / 16384.0;
 /// float holds `2^127`.
 pub(super) const OVERFLOW_LIMIT: f64 = (1_u128 << 100) as f64;
 
-// Pixels one by one, in units of the arithmetic's own roundoff: theorem 6. Squares of
-// floats are exact in both arithmetics.
+// Pixels one by one: theorem 6. Squares of floats are exact in doubles.
 
 /// The parts of `N`, of the magnitudes of their terms.
 ///
@@ -401,7 +389,7 @@ pub(super) const OVERFLOW_LIMIT: f64 = (1_u128 << 100) as f64;
 /// | `x` or `y` | 2 | 2 |
 /// | the product, the difference | 2 | 4 |
 /// | to spare | 1 | 5 |
-pub(super) const SIGHT_CROSS: f64 = 5.0;
+pub(super) const SIGHT_CROSS: f64 = 5.0 * U;
 
 /// `r^2 A`.
 ///
@@ -412,7 +400,7 @@ pub(super) const SIGHT_CROSS: f64 = 5.0;
 /// | times `r^2` | 1 | 8 |
 /// | its share of the difference `D` | 1 | 9 |
 /// | to spare | 1 | 10 |
-pub(super) const SIGHT_SQUARED_RADIUS: f64 = 10.0;
+pub(super) const SIGHT_SQUARED_RADIUS: f64 = 10.0 * U;
 
 /// `N.N` from the computed `N`.
 ///
@@ -421,7 +409,7 @@ pub(super) const SIGHT_SQUARED_RADIUS: f64 = 10.0;
 /// | the square, two sums | 3 | 3 |
 /// | its share of the difference `D` | 1 | 4 |
 /// | to spare | 1 | 5 |
-pub(super) const SIGHT_SQUARED_CROSS: f64 = 5.0;
+pub(super) const SIGHT_SQUARED_CROSS: f64 = 5.0 * U;
 
 /// `B`, of the magnitudes of its terms.
 ///
@@ -430,7 +418,7 @@ pub(super) const SIGHT_SQUARED_CROSS: f64 = 5.0;
 /// | `x` or `y` | 2 | 2 |
 /// | the product, two sums | 3 | 5 |
 /// | to spare, which theorem 6 needs where `B` cancels with the root | 1 | 6 |
-pub(super) const SIGHT_DOT: f64 = 6.0;
+pub(super) const SIGHT_DOT: f64 = 6.0 * U;
 
 /// `(c' - c) s` of two spheres, of the magnitudes of the terms of `c' - c`, times the upper bound of
 /// `s`.
@@ -441,7 +429,7 @@ pub(super) const SIGHT_DOT: f64 = 6.0;
 /// | the product with `s`, its share of the difference | 2 | 8 |
 /// | the part for the width of the bounds of `s`: `c' - c`, a difference, a product, two sums | 10 | 18 |
 /// | to spare | 2 | 20 |
-pub(super) const SIGHT_POWER: f64 = 20.0;
+pub(super) const SIGHT_POWER: f64 = 20.0 * U;
 
 /// `2 (C' - C).V`, of the magnitudes of its terms.
 ///
@@ -451,7 +439,7 @@ pub(super) const SIGHT_POWER: f64 = 20.0;
 /// | `C' - C`, the product, two sums | 4 | 6 |
 /// | its share of the difference | 1 | 7 |
 /// | to spare | 1 | 8 |
-pub(super) const SIGHT_ALONG: f64 = 8.0;
+pub(super) const SIGHT_ALONG: f64 = 8.0 * U;
 
 /// A quotient of `c` or `A` and of a sum with a root, of values that are bounds already.
 ///
@@ -463,4 +451,4 @@ pub(super) const SIGHT_ALONG: f64 = 8.0;
 /// | the factor itself | 1 | 11.5 |
 /// | where the sum cancels (theorem 6) | 4 | 15.5 |
 /// | to spare | 4.5 | 20 |
-pub(super) const SIGHT_QUOTIENT: f64 = 20.0;
+pub(super) const SIGHT_QUOTIENT: f64 = 20.0 * U;

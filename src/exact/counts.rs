@@ -14,8 +14,6 @@ pub struct Counts {
     pub pixels_in_packets: u64,
     /// Pixels settled one by one in doubles.
     pub pixels_in_doubles: u64,
-    /// Pixels settled one by one in double-doubles.
-    pub pixels_in_double_doubles: u64,
     /// Pixels settled one by one in integers.
     pub pixels_in_integers: u64,
     /// Intersections of a row or a packet with a sphere.
@@ -30,16 +28,12 @@ impl Counts {
     }
 
     pub(super) fn pixels_beyond_runs(&self) -> u64 {
-        self.pixels_in_packets
-            + self.pixels_in_doubles
-            + self.pixels_in_double_doubles
-            + self.pixels_in_integers
+        self.pixels_in_packets + self.pixels_in_doubles + self.pixels_in_integers
     }
 
     pub(super) fn settled_by(&mut self, rung: Rung) {
         match rung {
             Rung::Doubles => self.pixels_in_doubles += 1,
-            Rung::DoubleDoubles => self.pixels_in_double_doubles += 1,
             Rung::Integers => self.pixels_in_integers += 1,
         }
     }
@@ -50,7 +44,6 @@ impl AddAssign for Counts {
         self.pixels_in_runs += other.pixels_in_runs;
         self.pixels_in_packets += other.pixels_in_packets;
         self.pixels_in_doubles += other.pixels_in_doubles;
-        self.pixels_in_double_doubles += other.pixels_in_double_doubles;
         self.pixels_in_integers += other.pixels_in_integers;
         self.sphere_tests += other.sphere_tests;
     }
@@ -69,11 +62,7 @@ mod tests {
             sphere_tests: 3,
             ..Counts::default()
         };
-        let settled = [
-            (Rung::Doubles, 300),
-            (Rung::DoubleDoubles, 4_000),
-            (Rung::Integers, 50_000),
-        ];
+        let settled = [(Rung::Doubles, 300), (Rung::Integers, 50_000)];
         for (rung, times) in settled {
             for _ in 0..times {
                 counts.settled_by(rung);
@@ -83,19 +72,17 @@ mod tests {
             pixels_in_runs: 1,
             pixels_in_packets: 20,
             pixels_in_doubles: 300,
-            pixels_in_double_doubles: 4_000,
             pixels_in_integers: 50_000,
             sphere_tests: 3,
         };
         assert_eq!(counts, expected);
-        assert_eq!(counts.pixels(), 54_321);
+        assert_eq!(counts.pixels(), 50_321);
         let mut sum = counts;
         sum += counts;
         let twice = Counts {
             pixels_in_runs: 2,
             pixels_in_packets: 40,
             pixels_in_doubles: 600,
-            pixels_in_double_doubles: 8_000,
             pixels_in_integers: 100_000,
             sphere_tests: 6,
         };

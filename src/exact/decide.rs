@@ -1,22 +1,18 @@
 //! The last stages: one pixel at a time, eight spheres at a time, first by inverse depths in doubles,
-//! then by the powers of the hits in doubles, by inverse depths in double-doubles, and in
-//! [`integers`](super::integers). Each takes the pixels that the one before leaves undecided.
-
-use std::cmp::Ordering;
-
-use wide::f64x8;
+//! then by the powers of the hits in doubles, and in [`integers`](super::integers). Each takes the
+//! pixels that the one before leaves undecided.
 
 use super::{
     bins::Candidate,
     bits::set_bits,
+    grid::splat,
     integers,
-    real::{DoubleDouble, Real},
     sight::{Order, Rays, Sights, Targets},
 };
 use crate::{
     camera::Camera,
     methods::{NONE, Seen},
-    spheres::{LANES, Sphere},
+    spheres::LANES,
 };
 
 #[cfg(test)]
@@ -26,7 +22,6 @@ mod tests;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rung {
     Doubles,
-    DoubleDoubles,
     Integers,
 }
 
@@ -35,65 +30,44 @@ pub(super) enum Rung {
 pub(super) fn decide(
     camera: &Camera,
     (column, row): (u32, u32),
-    candidates: &mut Vec<Candidate>,
+    candidates: &[Candidate],
     trusted: bool,
 ) -> (Seen, Rung) {
-    if trusted {
-        let mut ray = Sighted::<f64x8>::new(camera, (column, row), candidates);
-        ray.drop_hidden();
-        if let Some(seen) = ray.seen(candidates) {
-            return (seen, Rung::Doubles);
-        }
-        ray.drop_behind_leader(candidates);
-        if let Some(seen) = ray.seen(candidates) {
-            return (seen, Rung::Doubles);
-        }
-        ray.keep_left(candidates);
-        let mut ray = Sighted::<DoubleDouble>::new(camera, (column, row), candidates);
-        ray.drop_hidden();
-        if let Some(seen) = ray.seen(candidates) {
-            return (seen, Rung::DoubleDoubles);
-        }
-        ray.keep_left(candidates);
+    let in_integers = |left: &[Candidate]| {
+        let seen = integers::seen(camera, (column, row), left);
+        (seen, Rung::Integers)
+    };
+    if !trusted {
+        return in_integers(candidates);
     }
-    let ray = integers::Ray::new(camera, column, row);
-    let mut nearest: Option<(Seen, integers::InverseDepth)> = None;
-    for &(index, [x, y, z, radius]) in candidates.iter() {
-        let sphere = Sphere {
-            centre: [x, y, z],
-            radius,
-            colour: [0; 3],
-        };
-        let Some(depth) = ray.meet(&sphere) else {
-            continue;
-        };
-        let wins = nearest.as_ref().is_none_or(|(best, best_depth)| {
-            let order = depth.cmp(best_depth).then_with(|| best.cmp(&index));
-            order == Ordering::Greater
-        });
-        if wins {
-            nearest = Some((index, depth));
-        }
+    let mut ray = Sighted::new(camera, (column, row), candidates);
+    ray.drop_hidden();
+    if let Some(seen) = ray.seen(candidates) {
+        return (seen, Rung::Doubles);
     }
-    (nearest.map_or(NONE, |(index, _)| index), Rung::Integers)
+    ray.drop_behind_leader(candidates);
+    match ray.seen(candidates) {
+        Some(seen) => (seen, Rung::Doubles),
+        None => in_integers(&ray.left(candidates)),
+    }
 }
 
 /// The ray of a pixel, and the candidates that it may hit, eight at a time.
-struct Sighted<N> {
-    rays: Rays<N>,
-    eights: Vec<Eight<N>>,
+struct Sighted {
+    rays: Rays,
+    eights: Vec<Eight>,
 }
 
 /// Up to eight spheres and the inverse depths at which they are hit.
-struct Eight<N> {
-    targets: Targets<N>,
-    sights: Sights<N>,
+struct Eight {
+    targets: Targets,
+    sights: Sights,
     /// Those that may be visible.
     left: u32,
 }
 
-impl<N: Real> Eight<N> {
-    fn new(rays: &Rays<N>, candidates: &[Candidate]) -> Self {
+impl Eight {
+    fn new(rays: &Rays, candidates: &[Candidate]) -> Self {
         let targets = Targets::of(candidates.iter().map(|&(_, sphere)| sphere));
         Self {
             sights: Sights::new(rays, &targets),
@@ -103,7 +77,7 @@ impl<N: Real> Eight<N> {
     }
 }
 
-impl<N: Real> Sighted<N> {
+impl Sighted {
     fn new(camera: &Camera, (column, row): (u32, u32), candidates: &[Candidate]) -> Self {
         let rays = Rays::of_pixel(camera, column, row);
         let eights = candidates.chunks(LANES);
@@ -115,22 +89,23 @@ impl<N: Real> Sighted<N> {
 
     /// Drops the spheres that are missed, or farther than one that is surely hit.
     fn drop_hidden(&mut self) {
-        let mut greatest_lower = N::splat(f64::NEG_INFINITY);
-        for Eight { sights, .. } in &self.eights {
-            let nearer = sights.lower.exceeds(greatest_lower);
-            greatest_lower = sights.lower.where_or(nearer, greatest_lower);
-        }
-        let nearest_lower = greatest_lower.greatest();
+        let none = splat(f64::NEG_INFINITY);
+        let greatest = self.eights.iter().fold(none, |greatest, eight| {
+            let lower = eight.sights.lower;
+            lower.simd_gt(greatest).select(lower, greatest)
+        });
+        let lanes = greatest.to_array().into_iter();
+        let nearest = splat(lanes.fold(f64::NEG_INFINITY, f64::max));
         for eight in &mut self.eights {
-            let hidden = nearest_lower.exceeds(eight.sights.upper);
-            let missed = N::splat(f64::MIN).exceeds(eight.sights.upper);
+            let hidden = nearest.simd_gt(eight.sights.upper);
+            let missed = splat(f64::MIN).simd_gt(eight.sights.upper);
             eight.left &= !(hidden | missed).to_bitmask();
         }
     }
 
     /// The visible sphere, if only one is left and it is surely hit, or none is left.
     fn seen(&self, candidates: &[Candidate]) -> Option<Seen> {
-        let count = |eight: &Eight<N>| eight.left.count_ones();
+        let count = |eight: &Eight| eight.left.count_ones();
         match self.eights.iter().map(count).sum() {
             0 => Some(NONE),
             1 => self.first_hit().map(|at| candidates[at].0),
@@ -146,17 +121,15 @@ impl<N: Real> Sighted<N> {
         })
     }
 
-    /// Removes the candidates that were dropped.
-    fn keep_left(&self, candidates: &mut Vec<Candidate>) {
-        let mut places = 0..;
-        candidates.retain(|_| {
-            let at: usize = places.next().expect("a place");
-            self.eights[at / LANES].left >> (at % LANES) & 1 == 1
+    /// The candidates that were not dropped.
+    fn left(&self, candidates: &[Candidate]) -> Vec<Candidate> {
+        let eights = self.eights.iter().zip(candidates.chunks(LANES));
+        let left = eights.flat_map(|(eight, candidates)| {
+            set_bits(u64::from(eight.left)).map(|lane| candidates[lane])
         });
+        left.collect()
     }
-}
 
-impl Sighted<f64x8> {
     /// Drops spheres that are behind a leader, by the powers of the hits. Their difference is
     /// relative to the difference of two spheres, not to their distances. (Theorem 11.)
     fn drop_behind_leader(&mut self, candidates: &[Candidate]) {

@@ -1,99 +1,111 @@
-//! The last stage: dyadic rationals of unlimited precision, which decide every pixel.
+//! The last stage: integers of any size, which decide every pixel.
 //!
-//! Floats are dyadic rationals, and so is `V` times `2(W-1)(H-1)`. So `A`, `B`, `c` and `D` are
-//! sums and products of dyadics, which are exact without rounding or
-//! division. (Theorem 7 of the [`proof`](super::proof).)
+//! Floats are integers times powers of two. The lengths of some spheres, times one power of two, are
+//! integers, and so are those of the viewport times another. `V` is an integer times
+//! `1/(2 (W-1) (H-1))`. So `A`, `B`, `c` and `D` are integers, without rounding or division.
+//! (Theorem 7 of the [`proof`](super::proof).)
 //!
 //! This and the [`reference`](mod@crate::reference) are tests of each other, so they share no code, not
-//! even to take a float apart. The tests of all other stages compare with this module.
+//! even to take a float apart.
 
 use std::cmp::Ordering;
 
-use dashu::float::FBig;
+use dashu::integer::IBig;
 
-use crate::{camera::Camera, spheres::Sphere};
+use super::bins::Candidate;
+use crate::{
+    camera::Camera,
+    methods::{NONE, Seen},
+};
 
-pub(super) type Dyadic = FBig;
+/// The sphere that is visible at a pixel, of candidates in any order.
+pub(super) fn seen(camera: &Camera, pixel: (u32, u32), candidates: &[Candidate]) -> Seen {
+    let hits = hits(camera, pixel, candidates.iter().map(|&(_, sphere)| sphere));
+    let mut nearest: Option<(Seen, InverseDepth)> = None;
+    for (&(index, _), depth) in candidates.iter().zip(hits) {
+        let Some(depth) = depth else {
+            continue;
+        };
+        let wins = nearest.as_ref().is_none_or(|(best, best_depth)| {
+            let order = depth.cmp(best_depth).then_with(|| best.cmp(&index));
+            order == Ordering::Greater
+        });
+        if wins {
+            nearest = Some((index, depth));
+        }
+    }
+    nearest.map_or(NONE, |(index, _)| index)
+}
+
+/// The inverse depths at which the ray of a pixel hits the visible surfaces of some spheres, each given
+/// as centre and radius; `None` where it misses.
+pub(super) fn hits(
+    camera: &Camera,
+    (column, row): (u32, u32),
+    spheres: impl Iterator<Item = [f32; 4]> + Clone,
+) -> impl Iterator<Item = Option<InverseDepth>> {
+    let ray = Ray::new(camera, column, row);
+    let unit = unit_of(spheres.clone().flatten());
+    spheres.map(move |sphere| ray.meet(sphere.map(|length| in_units(length, unit))))
+}
 
 /// An exact inverse depth `(p + sqrt d)/q`, with `q > 0` and `d >= 0`.
 #[derive(Clone, Debug)]
 pub(super) struct InverseDepth {
-    p: Dyadic,
-    d: Dyadic,
-    q: Dyadic,
+    p: IBig,
+    d: IBig,
+    q: IBig,
 }
 
-/// The ray of a pixel, scaled so that its components are dyadic.
+/// The ray of a pixel, scaled so that its components are integers.
 #[derive(Debug)]
-pub(super) struct Ray {
-    v: [Dyadic; 3],
+struct Ray {
+    v: [IBig; 3],
     /// `A = V.V`
-    a: Dyadic,
-}
-
-/// What a ray has to do with a sphere: `B = C.V`, `c = C.C - r^2`, `D = B^2 - A c`.
-#[derive(Clone, Debug)]
-pub(super) struct Terms {
-    pub(super) b: Dyadic,
-    pub(super) c: Dyadic,
-    pub(super) d: Dyadic,
+    a: IBig,
 }
 
 impl Ray {
-    pub(super) fn new(camera: &Camera, column: u32, row: u32) -> Self {
+    fn new(camera: &Camera, column: u32, row: u32) -> Self {
         let viewport = camera.viewport();
+        let lengths = [viewport.width, viewport.height, viewport.distance];
         let (x, x_unit) = camera.x_ratio(column);
         let (y, y_unit) = camera.y_ratio(row);
+        let unit = unit_of(lengths.into_iter());
+        let [width, height, distance] = lengths.map(|length| in_units(length, unit));
         let v = [
-            dyadic(viewport.width) * whole(x) * whole(y_unit),
-            dyadic(viewport.height) * whole(y) * whole(x_unit),
-            dyadic(viewport.distance) * whole(x_unit) * whole(y_unit),
+            width * x * y_unit,
+            height * y * x_unit,
+            distance * x_unit * y_unit,
         ];
-        Self::along(v)
-    }
-
-    /// The ray `t v`, `t > 0`.
-    pub(super) fn along(v: [Dyadic; 3]) -> Self {
         let a = dot(&v, &v);
         Self { v, a }
     }
 
-    pub(super) fn terms(&self, sphere: &Sphere) -> Terms {
-        let centre = sphere.centre.map(dyadic);
-        let radius = dyadic(sphere.radius);
+    /// The inverse depth at which the ray meets the visible surface of a sphere, if it does.
+    fn meet(&self, [x, y, z, radius]: [IBig; 4]) -> Option<InverseDepth> {
+        let centre = [x, y, z];
         let b = dot(&centre, &self.v);
         let c = dot(&centre, &centre) - &radius * &radius;
         let d = &b * &b - &self.a * &c;
-        Terms { b, c, d }
-    }
-
-    /// The inverse depth at which the ray meets the visible surface of the sphere, if it does.
-    pub(super) fn meet(&self, sphere: &Sphere) -> Option<InverseDepth> {
-        let Terms { b, c, d } = self.terms(sphere);
-        let zero = Dyadic::ZERO;
-        match c.cmp(&zero) {
+        match c.cmp(&IBig::ZERO) {
             // s = (B + sqrt D)/c
-            Ordering::Greater => (b > zero && d >= zero).then_some(InverseDepth { p: b, d, q: c }),
+            Ordering::Greater => {
+                (b > IBig::ZERO && d >= IBig::ZERO).then_some(InverseDepth { p: b, d, q: c })
+            }
             // s = A/(B + sqrt D) = (-B + sqrt D)/-c
             Ordering::Less => Some(InverseDepth { p: -b, d, q: -c }),
             // s = A/(2B)
-            Ordering::Equal => (b > zero).then(|| InverseDepth {
+            Ordering::Equal => (b > IBig::ZERO).then(|| InverseDepth {
                 p: self.a.clone(),
-                d: zero,
-                q: &b + &b,
+                d: IBig::ZERO,
+                q: b * 2,
             }),
         }
     }
 }
 
 impl InverseDepth {
-    /// `p/q`, `q > 0`
-    #[cfg(test)]
-    pub(super) fn ratio(p: Dyadic, q: Dyadic) -> Self {
-        let d = Dyadic::ZERO;
-        Self { p, d, q }
-    }
-
     /// Compares two inverse depths; the greater one is nearer to the camera.
     ///
     /// `(p1 + sqrt d1)/q1 - (p2 + sqrt d2)/q2`, times `q1 q2 > 0`, is
@@ -107,7 +119,7 @@ impl InverseDepth {
         let l = &other.q * &other.q * &self.d;
         let m = &self.q * &self.q * &other.d;
         let square = &k * &k;
-        if k >= Dyadic::ZERO {
+        if k >= IBig::ZERO {
             cmp_shifted_root(square, &l, &m)
         } else {
             cmp_shifted_root(square, &m, &l).reverse()
@@ -117,41 +129,50 @@ impl InverseDepth {
 
 /// Compares `k + sqrt l` with `sqrt m`, for `k, l, m >= 0`, by the square of `k`. Squaring both sides
 /// compares `2k sqrt l` with `m - l - k^2`; if that is not negative, both are squared again.
-fn cmp_shifted_root(square: Dyadic, l: &Dyadic, m: &Dyadic) -> Ordering {
-    let rest = m - l - &square;
-    if rest < Dyadic::ZERO {
+fn cmp_shifted_root(square: IBig, l: &IBig, m: &IBig) -> Ordering {
+    let rest: IBig = m - l - &square;
+    if rest < IBig::ZERO {
         return Ordering::Greater;
     }
-    (whole(4) * square * l).cmp(&(&rest * &rest))
+    let product: IBig = IBig::from(4) * square * l;
+    product.cmp(&(&rest * &rest))
 }
 
-fn dot(a: &[Dyadic; 3], b: &[Dyadic; 3]) -> Dyadic {
+fn dot(a: &[IBig; 3], b: &[IBig; 3]) -> IBig {
     &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
 }
 
-/// The exact value of a float, at unlimited precision.
-fn dyadic(value: f32) -> Dyadic {
+/// A float as an integer and the exponent of a power of two. The exponent is the greatest one, unless
+/// the float is zero.
+fn integer_of(value: f32) -> (i64, i32) {
     let bits = value.to_bits();
-    let exponent = (bits >> 23 & 0xff) as isize;
+    let exponent = (bits >> 23 & 0xff) as i32;
     let fraction = i64::from(bits & 0x7f_ffff);
     // Subnormals lack the implied bit and share the smallest normal exponent.
-    let significand = if exponent == 0 {
+    let magnitude = if exponent == 0 {
         fraction
     } else {
         fraction + (1 << 23)
     };
-    let signed = if value.is_sign_negative() {
-        -significand
-    } else {
-        significand
-    };
-    Dyadic::from_parts(signed.into(), exponent.max(1) - 150)
-        .with_precision(0)
-        .value()
+    let twos = magnitude.trailing_zeros() % i64::BITS;
+    let integer = magnitude >> twos;
+    let signed = if value < 0.0 { -integer } else { integer };
+    (signed, exponent.max(1) - 150 + twos as i32)
 }
 
-fn whole(value: i64) -> Dyadic {
-    Dyadic::from_parts(value.into(), 0)
-        .with_precision(0)
-        .value()
+/// The greatest exponent of a power of two of which all lengths are multiples; 0 if all are zero.
+fn unit_of(lengths: impl Iterator<Item = f32>) -> i32 {
+    let lengths = lengths.filter(|&length| length != 0.0);
+    lengths
+        .map(|length| integer_of(length).1)
+        .min()
+        .unwrap_or(0)
+}
+
+/// A multiple of `2^unit`, in units of it.
+fn in_units(length: f32, unit: i32) -> IBig {
+    let (integer, exponent) = integer_of(length);
+    // Zero may be a multiple of any unit.
+    let shift = (exponent - unit).max(0) as usize;
+    IBig::from(integer) << shift
 }

@@ -5,6 +5,10 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use wide::{f32x8, f64x8};
 
+use super::bounds::{
+    SIGHT_CROSS, SIGHT_DOT, SIGHT_QUOTIENT, SIGHT_SQUARED_CROSS, SIGHT_SQUARED_RADIUS,
+};
+
 /// The numbers that a formula is evaluated with. A fused operation rounds once, or twice where the
 /// machine has none; no bound depends on which.
 pub(super) trait Number:
@@ -24,6 +28,9 @@ pub(super) trait Number:
     /// `b - self a`
     fn times_from(self, a: Self, b: Self) -> Self;
     fn root(self) -> Self;
+    fn abs(self) -> Self;
+    /// The number, or zero where it is negative.
+    fn positive_part(self) -> Self;
 
     /// `self + other` as its rounded sum and the rounding error, exactly (Knuth).
     #[inline(always)]
@@ -32,32 +39,6 @@ pub(super) trait Number:
         let virtual_other = sum - self;
         let virtual_self = sum - virtual_other;
         (sum, (self - virtual_self) + (other - virtual_other))
-    }
-
-    /// Like [`two_sum`](Self::two_sum), for `|self| >= |other|` or `self = 0` (Dekker).
-    #[inline(always)]
-    fn fast_two_sum(self, other: Self) -> (Self, Self) {
-        let sum = self + other;
-        (sum, other - (sum - self))
-    }
-
-    /// The upper and the lower half of the digits of a double (Veltkamp), which is below
-    /// `2^996`.
-    #[inline(always)]
-    fn halves(self) -> (Self, Self) {
-        let shifted = Self::constant(134_217_729.0) * self;
-        let high = shifted - (shifted - self);
-        (high, self - high)
-    }
-
-    /// The product of two doubles as its rounded value and the rounding error, exactly
-    /// (Dekker), unless that underflows.
-    #[inline(always)]
-    fn two_product(self, other: Self) -> (Self, Self) {
-        let product = self * other;
-        let ((high, low), (other_high, other_low)) = (self.halves(), other.halves());
-        let rest = high * other_high - product + high * other_low + low * other_high;
-        (product, rest + low * other_low)
     }
 }
 
@@ -87,6 +68,16 @@ macro_rules! lanes {
             #[inline(always)]
             fn root(self) -> Self {
                 self.sqrt()
+            }
+
+            #[inline(always)]
+            fn abs(self) -> Self {
+                self.abs()
+            }
+
+            #[inline(always)]
+            fn positive_part(self) -> Self {
+                self.fast_max(Self::ZERO)
             }
         }
     };
@@ -119,6 +110,16 @@ impl Number for f64 {
     #[inline(always)]
     fn root(self) -> Self {
         self.sqrt()
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.abs()
+    }
+
+    #[inline(always)]
+    fn positive_part(self) -> Self {
+        self.max(0.0)
     }
 }
 
@@ -275,14 +276,13 @@ pub(super) fn difference_at<N: Number>(
     other: [N; 4],
     v: [N; 3],
     s: N,
-    abs: impl Fn(N) -> N,
 ) -> ([N; 3], N) {
     let ([x, y, z, r], power) = power_difference(sphere, other);
-    let power_terms = abs(x) + abs(y) + abs(z) + abs(r);
+    let power_terms = x.abs() + y.abs() + z.abs() + r.abs();
     let along = |axis: usize| (other[axis] - sphere[axis]) * v[axis];
     let [x, y, z] = [along(0), along(1), along(2)];
     let two = N::constant(2.0);
-    let along_terms = (abs(x) + abs(y) + abs(z)) * two;
+    let along_terms = (x.abs() + y.abs() + z.abs()) * two;
     (
         [power, power_terms, along_terms],
         power * s - (x + y + z) * two,
@@ -408,4 +408,128 @@ pub(super) fn farthest<N: Number>([x, y, z, r]: [N; 4], yz: N, c: N) -> N {
 #[inline(always)]
 pub(super) fn nearest_beside<N: Number>(reach: N, [x, y, z, r]: [N; 4], c: N) -> N {
     reach * ((x * x + y * y + z * z).root() + r) / c
+}
+
+/// `x` or `y` of a ray that is not moved to distance 1.
+#[inline(always)]
+pub(super) fn component<N: Number>(extent: N, numerator: N, denominator: N) -> N {
+    extent * numerator / denominator
+}
+
+/// `A = V.V`
+#[inline(always)]
+pub(super) fn squared_length<N: Number>([x, y, z]: [N; 3]) -> N {
+    x * x + y * y + z * z
+}
+
+/// `B`, and its bounds.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ahead<N> {
+    pub(super) value: N,
+    pub(super) lower: N,
+    pub(super) upper: N,
+}
+
+impl<N: Number> Ahead<N> {
+    #[inline(always)]
+    fn new([cx, cy, cz]: [N; 3], [x, y, z]: [N; 3]) -> Self {
+        let [x, y, z] = [cx * x, cy * y, cz * z];
+        let value = x + y + z;
+        let bound = N::constant(SIGHT_DOT) * (x.abs() + y.abs() + z.abs());
+        Self {
+            value,
+            lower: value - bound,
+            upper: value + bound,
+        }
+    }
+}
+
+/// `D`, and its bound.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Discriminant<N> {
+    pub(super) value: N,
+    pub(super) bound: N,
+}
+
+impl<N: Number> Discriminant<N> {
+    #[inline(always)]
+    fn new([cx, cy, cz, r]: [N; 4], [x, y, z]: [N; 3], a: N) -> Self {
+        let two = N::constant(2.0);
+        let (mut squared_cross, mut cross_bound) = (N::constant(0.0), N::constant(0.0));
+        for (p, q) in [(cy * z, cz * y), (cz * x, cx * z), (cx * y, cy * x)] {
+            let n = p - q;
+            let bound = N::constant(SIGHT_CROSS) * (p.abs() + q.abs());
+            squared_cross = squared_cross + n * n;
+            cross_bound = cross_bound + (two * n.abs() + bound) * bound;
+        }
+        let squared_radius = r * r * a;
+        Self {
+            value: squared_radius - squared_cross,
+            bound: N::constant(SIGHT_SQUARED_RADIUS) * squared_radius
+                + N::constant(SIGHT_SQUARED_CROSS) * squared_cross
+                + cross_bound,
+        }
+    }
+}
+
+/// What a ray has to do with a sphere, with bounds of what is rounded; and from these the bounds of
+/// its inverse depth, in units of `V` (theorem 6).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sight<N> {
+    pub(super) b: Ahead<N>,
+    pub(super) d: Discriminant<N>,
+    /// The bounds of the root of `D`.
+    pub(super) root_lower: N,
+    pub(super) root_upper: N,
+}
+
+impl<N: Number> Sight<N> {
+    #[inline(always)]
+    pub(super) fn new([x, y, z, r]: [N; 4], v: [N; 3], a: N) -> Self {
+        let d = Discriminant::new([x, y, z, r], v, a);
+        Self {
+            b: Ahead::new([x, y, z], v),
+            d,
+            root_lower: (d.value - d.bound).positive_part().root(),
+            root_upper: (d.value + d.bound).positive_part().root(),
+        }
+    }
+
+    /// `(B + sqrt D)/c`
+    #[inline(always)]
+    pub(super) fn seen_from_outside(&self, c: N) -> [N; 2] {
+        let lower = (self.b.lower + self.root_lower) / c;
+        outward([lower, (self.b.upper + self.root_upper) / c])
+    }
+
+    /// `A/(sqrt D + B)`; no upper bound where the sum may be negative.
+    #[inline(always)]
+    pub(super) fn seen_ahead_from_inside(&self, a: N) -> [N; 2] {
+        let lower = a / (self.root_upper + self.b.upper);
+        outward([lower, a / (self.root_lower + self.b.lower)])
+    }
+
+    /// `(sqrt D - B)/-c`
+    #[inline(always)]
+    pub(super) fn seen_back_from_inside(&self, c: N) -> [N; 2] {
+        let lower = (self.root_lower - self.b.upper) / -c;
+        outward([lower, (self.root_upper - self.b.lower) / -c])
+    }
+
+    /// `A/2B`
+    #[inline(always)]
+    pub(super) fn seen_from_the_surface(&self, a: N) -> [N; 2] {
+        let two = N::constant(2.0);
+        outward([a / (two * self.b.upper), a / (two * self.b.lower)])
+    }
+}
+
+/// Bounds of an inverse depth, moved outward by the roundings of their last operations.
+#[inline(always)]
+fn outward<N: Number>([lower, upper]: [N; 2]) -> [N; 2] {
+    let constant = N::constant;
+    [
+        lower * constant(1.0 - SIGHT_QUOTIENT),
+        upper * constant(1.0 + SIGHT_QUOTIENT),
+    ]
 }

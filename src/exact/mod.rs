@@ -10,7 +10,7 @@
 //! | | `kernels` | the formulas whose roundings those bounds count |
 //! | | `tuning`, `pool`, `bits` | settings for tests, memory that is reused, bits of masks |
 //! | | `grid` | the pixel grid, spheres eight at a time |
-//! | | `real`, `sight` | a ray and a sphere in doubles and in double-doubles, with running bounds |
+//! | | `sight` | a ray and a sphere in doubles, with running bounds |
 //! | spheres -> boxes | `boxes` | the pixels in which a sphere may be visible, and its greatest inverse depth; culling |
 //! | boxes -> bins | `bins` | the candidates of every tile |
 //! | | `prepared` | all that is known before the first pixel |
@@ -21,7 +21,7 @@
 //! | tile of few spheres | `coverage` | masks from far to near; contested pixels |
 //! | | `packet` | eight pixels against a sphere, each inverse depth an interval |
 //! | tile of many spheres | `crowd` | packets for every pixel, nearest first where that pays |
-//! | undecided pixels | `integers`, `decide` | doubles: depths, then powers; double-doubles; integers |
+//! | undecided pixels | `integers`, `decide` | doubles: depths, then powers; integers |
 //! | | `counts` | how many pixels each step settled |
 //! | all of it | `rows`, `band` | whole rows where no inverse depths overlap; a row of tiles |
 //! | | `engine` | a prepared scene and memory to draw it in |
@@ -50,7 +50,6 @@ mod paint;
 mod pool;
 mod prepared;
 mod radical;
-mod real;
 mod rows;
 mod sight;
 #[cfg(test)]

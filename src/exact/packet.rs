@@ -336,7 +336,7 @@ impl<'a> InDoubles<'a> {
             let anything = (f32x8::splat(0.0), f32x8::splat(f32::INFINITY));
             return self.meet_each(rows, wanted, |_, _| anything);
         }
-        let targets = Targets::<f64x8>::of(std::iter::once(self.record.sphere));
+        let targets = Targets::of(std::iter::once(self.record.sphere));
         if targets.are_touched() {
             let surface = Surface::new(self.grid, self.record.sphere);
             return self.meet_each(rows, wanted, |column, row| surface.interval(column, row));

@@ -1,5 +1,5 @@
-//! The intersection of rays and spheres, in eight lanes and in any arithmetic, with a running
-//! bound of the rounding errors.
+//! The intersection of rays and spheres in doubles, in eight lanes, with a running bound of the
+//! rounding errors.
 //!
 //! ```text
 //! N = C x V        D = r^2 A - N.N     (= B^2 - A c, by Lagrange's identity)
@@ -16,17 +16,13 @@
 use wide::f64x8;
 
 use super::{
-    bounds::{
-        CANCELLATION_LIMIT, SIGHT_ALONG, SIGHT_CROSS, SIGHT_DOT, SIGHT_POWER, SIGHT_QUOTIENT,
-        SIGHT_SQUARED_CROSS, SIGHT_SQUARED_RADIUS,
-    },
+    bounds::{CANCELLATION_LIMIT, SIGHT_ALONG, SIGHT_POWER},
     grid::{EightSpheres, splat},
-    kernels::{Number, difference_at},
-    real::Real,
+    kernels::{Number, Sight, component, difference_at, squared_length},
 };
 use crate::{
     camera::Camera,
-    spheres::{LANES, Sphere, double},
+    spheres::{Sphere, double},
 };
 
 #[cfg(test)]
@@ -36,31 +32,28 @@ mod tests;
 /// upper bound is minus infinity if the sphere is certainly missed, and the lower bound is
 /// minus infinity if it is not certainly hit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sights<N> {
-    pub(super) lower: N,
-    pub(super) upper: N,
+pub(super) struct Sights {
+    pub(super) lower: f64x8,
+    pub(super) upper: f64x8,
 }
 
 /// Eight rays `V`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Rays<N> {
-    x: N,
-    y: N,
-    z: N,
+pub(super) struct Rays {
+    v: [f64x8; 3],
     /// `A = V.V`
-    a: N,
+    a: f64x8,
 }
 
 /// Eight spheres.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Targets<N> {
-    centre: [N; 3],
-    radius: N,
+pub(super) struct Targets {
+    spheres: EightSpheres,
     /// `c`, within 7 roundings; its sign is exact, zero included.
-    power: N,
+    power: f64x8,
 }
 
-impl<N: Real> Rays<N> {
+impl Rays {
     /// The ray of pixel `(column, row)` in every lane, `x` and `y` within two roundings.
     pub(super) fn of_pixel(camera: &Camera, column: u32, row: u32) -> Self {
         let (x, x_unit) = camera.x_ratio(column);
@@ -77,182 +70,102 @@ impl<N: Real> Rays<N> {
     fn new(camera: &Camera, x: f64x8, x_unit: i64, row: u32) -> Self {
         let viewport = camera.viewport();
         let (y, y_unit) = camera.y_ratio(row);
-        let of = |extent: f32, numerator: f64x8, unit: i64| {
-            N::splat(f64::from(extent)) * N::of(numerator) / N::splat(unit as f64)
-        };
-        let x = of(viewport.width, x, x_unit);
-        let y = of(viewport.height, splat(y as f64), y_unit);
-        let z = N::splat(double(viewport.distance));
-        Self {
-            x,
-            y,
+        let extents = [viewport.width, viewport.height, viewport.distance];
+        let [width, height, z] = extents.map(|extent| splat(double(extent)));
+        let v = [
+            component(width, x, splat(x_unit as f64)),
+            component(height, splat(y as f64), splat(y_unit as f64)),
             z,
-            a: x * x + y * y + z * z,
+        ];
+        Self {
+            v,
+            a: squared_length(v),
         }
     }
 }
 
-impl<N: Real> Targets<N> {
+impl Targets {
     /// Up to eight spheres, each as centre and radius; the last one fills the rest.
     pub(super) fn of(spheres: impl Iterator<Item = [f32; 4]>) -> Self {
-        let mut spheres = spheres.fuse();
-        let mut last = [0.0, 0.0, 1.0, 0.5];
-        let eight: [[f32; 4]; LANES] = std::array::from_fn(|_| {
-            last = spheres.next().unwrap_or(last);
-            last
-        });
-        let component = |at: usize| f64x8::new(eight.map(|sphere| double(sphere[at])));
-        let lengths = [component(0), component(1), component(2), component(3)];
-        let (power, rest) = power(lengths);
-        let [x, y, z, radius] = lengths.map(N::of);
+        let spheres = EightSpheres::of(spheres);
+        let EightSpheres { x, y, z, r } = spheres;
         Self {
-            centre: [x, y, z],
-            radius,
-            power: N::of_sum(power, rest),
+            spheres,
+            power: power([x, y, z, r]),
         }
     }
 
     /// Whether the camera is on the surface of all of them.
     pub(super) fn are_touched(&self) -> bool {
-        let zero = N::splat(0.0);
-        (self.power.exceeds(zero) | zero.exceeds(self.power)).to_bitmask() == 0
+        let zero = splat(0.0);
+        (self.power.simd_gt(zero) | zero.simd_gt(self.power)).to_bitmask() == 0
     }
 }
 
-/// `B = C.V`, and its bounds.
-#[derive(Clone, Copy)]
-struct Ahead<N> {
-    value: N,
-    lower: N,
-    upper: N,
-}
-
-impl<N: Real> Ahead<N> {
-    fn new(rays: &Rays<N>, targets: &Targets<N>) -> Self {
-        let [cx, cy, cz] = targets.centre;
-        let [x, y, z] = [cx * rays.x, cy * rays.y, cz * rays.z];
-        let value = x + y + z;
-        let bound = units::<N>(SIGHT_DOT) * (x.abs() + y.abs() + z.abs());
-        Self {
-            value,
-            lower: value - bound,
-            upper: value + bound,
-        }
-    }
-}
-
-/// `D`, its bound, and the bounds of its root.
-#[derive(Clone, Copy)]
-struct Discriminant<N> {
-    value: N,
-    bound: N,
-    root_lower: N,
-    root_upper: N,
-}
-
-impl<N: Real> Discriminant<N> {
-    fn new(&Rays { x, y, z, a }: &Rays<N>, targets: &Targets<N>) -> Self {
-        let [cx, cy, cz] = targets.centre;
-        let (zero, two) = (N::splat(0.0), N::splat(2.0));
-        let (mut squared_cross, mut cross_bound) = (zero, zero);
-        for (p, q) in [(cy * z, cz * y), (cz * x, cx * z), (cx * y, cy * x)] {
-            let n = p - q;
-            let bound = units::<N>(SIGHT_CROSS) * (p.abs() + q.abs());
-            squared_cross = squared_cross + n * n;
-            cross_bound = cross_bound + (two * n.abs() + bound) * bound;
-        }
-        let squared_radius = targets.radius * targets.radius * a;
-        let value = squared_radius - squared_cross;
-        let bound = units::<N>(SIGHT_SQUARED_RADIUS) * squared_radius
-            + units::<N>(SIGHT_SQUARED_CROSS) * squared_cross
-            + cross_bound;
-        Self {
-            value,
-            bound,
-            root_lower: (value - bound).positive_part().sqrt(),
-            root_upper: (value + bound).positive_part().sqrt(),
-        }
-    }
-}
-
-/// So many roundings.
-fn units<N: Real>(count: f64) -> N {
-    N::splat(count * N::ROUNDOFF)
-}
-
-/// Below and above an inverse depth by the roundings of its last operations.
-fn down<N: Real>(s: N) -> N {
-    s * (N::splat(1.0) - units::<N>(SIGHT_QUOTIENT))
-}
-
-fn up<N: Real>(s: N) -> N {
-    s * (N::splat(1.0) + units::<N>(SIGHT_QUOTIENT))
-}
-
-impl<N: Real> Sights<N> {
+impl Sights {
     /// Theorem 6 of the proof.
-    pub(super) fn new(rays: &Rays<N>, targets: &Targets<N>) -> Self {
-        let (c, zero) = (targets.power, N::splat(0.0));
-        let (outside, inside) = (c.exceeds(zero), zero.exceeds(c));
-        let b = Ahead::new(rays, targets);
-        let d = Discriminant::new(rays, targets);
+    pub(super) fn new(rays: &Rays, targets: &Targets) -> Self {
+        let EightSpheres { x, y, z, r } = targets.spheres;
+        let (c, zero) = (targets.power, splat(0.0));
+        let sight = Sight::new([x, y, z, r], rays.v, rays.a);
+        let outside = c.simd_gt(zero);
+        let from_outside = Self::from_outside(&sight, c);
         if outside.to_bitmask() == 0xff {
-            return Self::from_outside(c, b, d);
+            return from_outside;
         }
-        let surface = Self::from_the_surface(rays.a, b);
-        let within = Self::from_inside(rays.a, c, b, d).where_or(inside, surface);
-        Self::from_outside(c, b, d).where_or(outside, within)
+        let inside = Self::from_inside(&sight, rays.a, c);
+        let others = inside.where_or(c.simd_lt(zero), Self::from_the_surface(&sight, rays.a));
+        from_outside.where_or(outside, others)
     }
 
     /// Where `c > 0`.
-    fn from_outside(c: N, b: Ahead<N>, d: Discriminant<N>) -> Self {
-        let (zero, none) = (N::splat(0.0), N::splat(f64::NEG_INFINITY));
-        let met = d.value.exceeds(d.bound) & b.lower.exceeds(zero);
-        let missed = (zero - d.bound).exceeds(d.value) | zero.exceeds(b.upper);
+    fn from_outside(sight: &Sight<f64x8>, c: f64x8) -> Self {
+        let (zero, none) = (splat(0.0), splat(f64::NEG_INFINITY));
+        let Sight { b, d, .. } = sight;
+        let met = d.value.simd_gt(d.bound) & b.lower.simd_gt(zero);
+        let missed = d.value.simd_lt(-d.bound) | b.upper.simd_lt(zero);
+        let [lower, upper] = sight.seen_from_outside(c);
         Self {
-            lower: down((b.lower + d.root_lower) / c).where_or(met, none),
-            upper: none.where_or(missed, up((b.upper + d.root_upper) / c)),
+            lower: met.select(lower, none),
+            upper: missed.select(none, upper),
         }
     }
 
     /// Where `c < 0`: of two equal formulas, the one without cancellation.
-    fn from_inside(a: N, c: N, b: Ahead<N>, d: Discriminant<N>) -> Self {
-        let (zero, infinite) = (N::splat(0.0), N::splat(f64::INFINITY));
-        let inner = zero - c;
-        let below = d.root_lower + b.lower;
+    fn from_inside(sight: &Sight<f64x8>, a: f64x8, c: f64x8) -> Self {
+        let zero = splat(0.0);
+        let [lower, upper] = sight.seen_ahead_from_inside(a);
+        let is_ahead = (sight.root_lower + sight.b.lower).simd_gt(zero);
         let ahead = Self {
-            lower: down(a / (d.root_upper + b.upper)),
-            upper: up(a / below).where_or(below.exceeds(zero), infinite),
+            lower,
+            upper: is_ahead.select(upper, splat(f64::INFINITY)),
         };
-        let back = Self {
-            lower: down((d.root_lower - b.upper) / inner),
-            upper: up((d.root_upper - b.lower) / inner),
-        };
-        back.where_or(zero.exceeds(b.value), ahead)
+        let [lower, upper] = sight.seen_back_from_inside(c);
+        Self { lower, upper }.where_or(sight.b.value.simd_lt(zero), ahead)
     }
 
     /// Where `c = 0`.
-    fn from_the_surface(a: N, b: Ahead<N>) -> Self {
-        let (zero, two) = (N::splat(0.0), N::splat(2.0));
-        let (none, infinite) = (N::splat(f64::NEG_INFINITY), N::splat(f64::INFINITY));
-        let met = b.lower.exceeds(zero);
+    fn from_the_surface(sight: &Sight<f64x8>, a: f64x8) -> Self {
+        let (none, infinite) = (splat(f64::NEG_INFINITY), splat(f64::INFINITY));
+        let met = sight.b.lower.simd_gt(splat(0.0));
+        let missed = sight.b.upper.simd_lt(splat(0.0));
+        let [lower, upper] = sight.seen_from_the_surface(a);
         Self {
-            lower: down(a / (two * b.upper)).where_or(met, none),
-            upper: up(a / (two * b.lower))
-                .where_or(met, none.where_or(zero.exceeds(b.upper), infinite)),
+            lower: met.select(lower, none),
+            upper: met.select(upper, missed.select(none, infinite)),
         }
     }
 
     fn where_or(self, mask: f64x8, other: Self) -> Self {
         Self {
-            lower: self.lower.where_or(mask, other.lower),
-            upper: self.upper.where_or(mask, other.upper),
+            lower: mask.select(self.lower, other.lower),
+            upper: mask.select(self.upper, other.upper),
         }
     }
 
     /// The lanes that are surely hit.
     pub(super) fn hit(&self) -> u32 {
-        self.lower.exceeds(N::splat(f64::NEG_INFINITY)).to_bitmask()
+        self.lower.simd_gt(splat(f64::NEG_INFINITY)).to_bitmask()
     }
 }
 
@@ -274,33 +187,24 @@ impl Order {
     /// ```
     ///
     /// with `s` of either hit says on which side of their radical plane the hits are. (Theorem 11.)
-    pub(super) fn new(
-        rays: &Rays<f64x8>,
-        [first, second]: [(&Targets<f64x8>, &Sights<f64x8>); 2],
-    ) -> Self {
-        let lengths = |targets: &Targets<f64x8>| {
-            let [x, y, z] = targets.centre;
-            [x, y, z, targets.radius]
-        };
-        let (upper, other_upper) = (first.1.upper, second.1.upper);
-        let upper = upper.where_or(upper.exceeds(other_upper), other_upper);
-        let (lower, other_lower) = (first.1.lower, second.1.lower);
-        let lower = lower.where_or(other_lower.exceeds(lower), other_lower);
+    pub(super) fn new(rays: &Rays, [first, second]: [(&Targets, &Sights); 2]) -> Self {
+        let lengths = |&EightSpheres { x, y, z, r }: &EightSpheres| [x, y, z, r];
+        let upper = first.1.upper.fast_max(second.1.upper);
+        let lower = first.1.lower.fast_min(second.1.lower);
         let ([power, power_terms, along_terms], apart) = difference_at(
-            lengths(first.0),
-            lengths(second.0),
-            [rays.x, rays.y, rays.z],
+            lengths(&first.0.spheres),
+            lengths(&second.0.spheres),
+            rays.v,
             upper,
-            f64x8::abs,
         );
-        let bound = units::<f64x8>(SIGHT_POWER) * power_terms * upper
-            + units::<f64x8>(SIGHT_ALONG) * along_terms
+        let bound = splat(SIGHT_POWER) * power_terms * upper
+            + splat(SIGHT_ALONG) * along_terms
             + power.abs() * (upper - lower);
         let zero = splat(0.0);
-        let outside = first.0.power.exceeds(zero) & second.0.power.exceeds(zero);
+        let outside = first.0.power.simd_gt(zero) & second.0.power.simd_gt(zero);
         let outside = outside.to_bitmask();
-        let above = apart.exceeds(bound).to_bitmask();
-        let below = (-bound).exceeds(apart).to_bitmask();
+        let above = apart.simd_gt(bound).to_bitmask();
+        let below = (-bound).simd_gt(apart).to_bitmask();
         Self {
             first: above & outside | below & !outside,
             second: below & outside | above & !outside,
@@ -313,7 +217,7 @@ impl Order {
 /// zero included, and its relative error is at most 7 U.
 pub(super) fn power_of_camera(sphere: &Sphere) -> f64 {
     let [x, y, z] = sphere.centre.map(double);
-    power([x, y, z, double(sphere.radius)]).0
+    power([x, y, z, double(sphere.radius)])
 }
 
 /// [`power_of_camera`] of eight spheres, whose `yz = Cy^2 + Cz^2` and `k = yz - r^2` are given. Where
@@ -327,32 +231,28 @@ pub(super) fn powers_of_camera(spheres: &EightSpheres, yz: f64x8, k: f64x8) -> f
         return powers;
     }
     let &EightSpheres { x, y, z, r } = spheres;
-    sure.select(powers, power([x, y, z, r]).0)
+    sure.select(powers, power([x, y, z, r]))
 }
 
-/// `c` of lengths that are floats, as a double and its rounding error, which together have twice
-/// the digits.
+/// `c` of lengths that are floats.
 ///
 /// The squares are exact in doubles. Their sum is kept as an expansion of doubles that do not
 /// overlap, whose largest component has the sign (J. Shewchuk,
 /// Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
 /// Predicates, 1997, section 2.4, Grow-Expansion).
-fn power<N: Number>(lengths: [N; 4]) -> (N, N) {
+fn power<N: Number>(lengths: [N; 4]) -> N {
     let [x, y, z, r] = lengths.map(|length| length * length);
     let zero = N::constant(0.0);
-    let mut expansion = [zero; 5];
+    let mut expansion = [zero; 4];
     for (length, term) in [x, y, z, -r].into_iter().enumerate() {
         grow(&mut expansion, length, term);
     }
-    let sum = |expansion: [N; 5]| expansion.into_iter().fold(zero, |sum, term| sum + term);
-    let power = sum(expansion);
-    grow(&mut expansion, 4, -power);
-    (power, sum(expansion))
+    expansion.into_iter().fold(zero, |sum, term| sum + term)
 }
 
 /// Adds a term to an expansion of `length` components.
 #[inline(always)]
-fn grow<N: Number>(expansion: &mut [N; 5], length: usize, term: N) {
+fn grow<N: Number>(expansion: &mut [N; 4], length: usize, term: N) {
     let mut sum = term;
     for component in &mut expansion[..length] {
         (sum, *component) = sum.two_sum(*component);

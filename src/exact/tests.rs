@@ -49,8 +49,8 @@ fn decided(scene: &Scene, camera: &Camera, column: u32, row: u32) -> Rgb {
         let Sphere { centre, radius, .. } = scene.spheres.get(at);
         (at as u32, [centre[0], centre[1], centre[2], radius])
     });
-    let mut spheres = spheres.collect();
-    colour_of(scene, decide(camera, (column, row), &mut spheres, true).0)
+    let spheres: Vec<_> = spheres.collect();
+    colour_of(scene, decide(camera, (column, row), &spheres, true).0)
 }
 
 fn assert_pixel(scene: &Scene, size: ImageSize, pixels: &[u8], at: usize, what: &str) {
@@ -119,7 +119,7 @@ fn assert_refused_alike(scene: &Scene, size: ImageSize, tile: u32, what: &str) {
     let refused = draw(scene, size, tile, Bounds::Refused);
     let renderer = tuned(scene, size, tile, Bounds::Refused);
     let counts = renderer.draw(0..size.height(), &mut vec![0; size.pixel_bytes()]);
-    let rounded = counts.pixels_in_doubles + counts.pixels_in_double_doubles;
+    let rounded = counts.pixels_in_doubles;
     assert_eq!(rounded, 0, "{what}");
     assert!(proven == refused, "{size:?}, tile {tile}, refused, {what}");
 }
@@ -880,8 +880,7 @@ fn pictures_are_as_much_work_as_they_were() {
         let renderer = tuned(&scene, size, 64, Bounds::Proven);
         let mut pixels = vec![0; rows.len() * size.row_bytes()];
         let counts = renderer.draw(rows.clone(), &mut pixels);
-        let one_by_one =
-            counts.pixels_in_doubles + counts.pixels_in_double_doubles + counts.pixels_in_integers;
+        let one_by_one = counts.pixels_in_doubles + counts.pixels_in_integers;
         let found = [
             counts.sphere_tests,
             counts.pixels_in_runs,

@@ -4,22 +4,21 @@
 //! Columns and rows may be any doubles here: what holds for every real point of a
 //! picture holds for its pixels, and can be asked right beside an edge.
 //!
-//! What is true is what the engine's last stage says, [`integers`](super::integers). That is tested
-//! against the [`reference`](mod@crate::reference), which shares no code with it, and the reference
+//! What is true is computed here, and shares no code with [`integers`](super::integers), which decide
+//! the order of hits. Those are tested against the [`reference`](mod@crate::reference), and the reference
 //! against `tests/oracle.py`.
 
 use std::cmp::Ordering;
 
+use dashu::float::FBig;
 use wide::f64x8;
 
-pub(super) use super::integers::Dyadic;
 use super::{
     bins::Record,
     boxes::Boxes,
     coverage::Tile,
     depths::Rectangles,
     grid::{EightSpheres, Grid, SIDE},
-    integers::{InverseDepth, Ray, Terms},
 };
 pub(super) use crate::random::Random;
 use crate::{
@@ -28,14 +27,16 @@ use crate::{
     spheres::{LANES, Sphere},
 };
 
+/// A dyadic rational of unlimited precision.
+pub(super) type Dyadic = FBig;
+
 /// A finite double as it stands, at unlimited precision.
 pub(super) fn dyadic(value: f64) -> Dyadic {
     let exact = Dyadic::try_from(value).expect("a finite double");
     exact.with_precision(0).value()
 }
 
-/// What a ray has to do with a sphere, exactly, by [`integers`](super::integers); `V` is scaled so
-/// that it is dyadic.
+/// What a ray has to do with a sphere, exactly; `V` is scaled so that it is dyadic.
 #[derive(Clone, Debug)]
 pub(super) struct Truth {
     /// `B = C.V`
@@ -46,8 +47,16 @@ pub(super) struct Truth {
     pub(super) d: Dyadic,
     /// The z of `V`.
     pub(super) z: Dyadic,
-    /// In units of `V`, so that `1/z` is this over the z of `V`.
-    hit: Option<InverseDepth>,
+    hit: Option<Hit>,
+}
+
+/// A hit at the inverse depth `(p + sqrt d)/q`, `q > 0`, in units of `V`: `1/z` is this over the z of
+/// `V`.
+#[derive(Clone, Debug)]
+struct Hit {
+    p: Dyadic,
+    d: Dyadic,
+    q: Dyadic,
 }
 
 impl Truth {
@@ -66,9 +75,22 @@ impl Truth {
         let (x, x_unit) = along(size.width(), viewport.width, column, 1.0);
         let (y, y_unit) = along(size.height(), viewport.height, row, -1.0);
         let z = dyadic(f64::from(viewport.distance)) * &x_unit * &y_unit;
-        let ray = Ray::along([x * y_unit, y * x_unit, z.clone()]);
-        let Terms { b, c, d } = ray.terms(sphere);
-        let hit = ray.meet(sphere);
+        let v = [x * y_unit, y * x_unit, z.clone()];
+        let centre = sphere.centre.map(|length| dyadic(f64::from(length)));
+        let radius = dyadic(f64::from(sphere.radius));
+        let dot = |a: &[Dyadic; 3], b: &[Dyadic; 3]| &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2];
+        let (a, b) = (dot(&v, &v), dot(&centre, &v));
+        let c = dot(&centre, &centre) - &radius * &radius;
+        let d = &b * &b - &a * &c;
+        let hit = |p: Dyadic, d: &Dyadic, q: Dyadic| Hit { p, d: d.clone(), q };
+        let ahead = b > Dyadic::ZERO;
+        let hit = match c.cmp(&Dyadic::ZERO) {
+            Ordering::Greater => {
+                (ahead && d >= Dyadic::ZERO).then(|| hit(b.clone(), &d, c.clone()))
+            }
+            Ordering::Less => Some(hit(-b.clone(), &d, -c.clone())),
+            Ordering::Equal => ahead.then(|| hit(a, &Dyadic::ZERO, &b + &b)),
+        };
         Self { b, c, d, z, hit }
     }
 
@@ -76,10 +98,17 @@ impl Truth {
         self.hit.is_some()
     }
 
-    /// How `1/z` of the hit, times `scale`, compares with a bound.
+    /// How `1/z` of the hit, times `scale`, compares with a bound: `(p + sqrt d) scale/q` with
+    /// `bound z`.
     fn compared(&self, bound: &Dyadic, scale: f64) -> Option<Ordering> {
-        let bound = InverseDepth::ratio(bound * &self.z, dyadic(scale));
-        self.hit.as_ref().map(|hit| hit.cmp(&bound))
+        let Hit { p, d, q } = self.hit.as_ref()?;
+        let scale = dyadic(scale);
+        let rest = bound * &self.z * q - p * &scale;
+        Some(if rest < Dyadic::ZERO {
+            Ordering::Greater
+        } else {
+            (d * &scale * &scale).cmp(&(&rest * &rest))
+        })
     }
 
     /// Whether there is a hit, and its `1/z`, times `scale`, is at most `bound`.

@@ -17,14 +17,11 @@ use std::{
 };
 
 use super::{
-    tests::{OnTheWay, middle, middle_row, sights_of},
+    tests::{OnTheWay, middle, middle_row, power, sight, squared_ray_of_sight},
     trace::{Operation, Traced},
     *,
 };
-use crate::exact::{
-    kernels::{before, farthest, row_factor, touching, touching_beside},
-    real::DoubleDouble,
-};
+use crate::exact::kernels::{before, farthest, row_factor, touching, touching_beside};
 
 /// A script as it grows.
 struct Script {
@@ -151,14 +148,6 @@ impl Script {
                 })
             }
             Operation::Root(of) => self.number(of).map(|number| format!("sqrt({number})")),
-            Operation::Lost(of) => {
-                let [rounded, _] = self.number(of);
-                let exact = match of.operation() {
-                    Operation::Product(of) => both(self, of, "*"),
-                    _ => both(self, of.operands(), "+"),
-                };
-                return self.name(&format!("{} - {rounded}", exact[0]), "0");
-            }
         };
         let pair = self.name(&format!("double({computed})"), &exact);
         self.named.insert(of, pair.clone());
@@ -201,7 +190,7 @@ impl Script {
 
 /// What a sight makes of a quotient, by a share of its units, is not above it, or not below.
 fn outward(script: &mut Script, [quotient, exact]: &Pair, sign: f64, share: f64) -> String {
-    let factor = exactly(1.0 + sign * share * SIGHT_QUOTIENT * U);
+    let factor = exactly(1.0 + sign * share * SIGHT_QUOTIENT);
     let result = format!("double({quotient} * {factor})");
     script.hints.extend([
         format!(
@@ -242,7 +231,7 @@ fn ranges(of: &[&[(&'static str, i32, i32)]]) -> Vec<(&'static str, i32, i32)> {
 type Formula = fn(fused: bool, share: f64) -> String;
 
 /// Of each: whether half of the bound is to be refused.
-const FORMULAS: [(&str, Formula, bool); 17] = [
+const FORMULAS: [(&str, Formula, bool); 16] = [
     ("sight-squared-radius", sight_squared_radius, true),
     ("sight-squared-cross", sight_squared_cross, true),
     ("sight-lower-outside", sight_lower_outside, true),
@@ -259,22 +248,12 @@ const FORMULAS: [(&str, Formula, bool); 17] = [
     ("box-beside-ahead", box_beside_ahead, true),
     ("outline-lower", outline_lower, true),
     ("float-above", above_in_floats, true),
-    ("double-double-product", double_double_product, false),
 ];
 
 fn sight_squared_radius(fused: bool, share: f64) -> String {
     let way = OnTheWay::find();
-    let [square, a] = way.squared_radius.operands();
-    let [two, z] = a.operands();
-    let [x, y] = two.operands().map(|of| of.operands()[0]);
-    let [z, r] = [z.operands()[0], square.operands()[0]];
     let ranges = ranges(&[&LENGTHS, &RAY, &[("z", -149, 128)]]);
-    let mut script = Script::new(fused, &ranges).given(&[(x, "x", 2), (y, "y", 2)]);
-    // The trace has a float of a scene in their places.
-    for (of, name) in [(z, "z"), (r, "r")] {
-        let pair = script.input(name, 0, true);
-        script.named.insert(of, pair);
-    }
+    let mut script = Script::new(fused, &ranges);
     let pair = script.number(way.squared_radius);
     // A unit is left for the difference.
     script.prove(&within(&pair, (SIGHT_SQUARED_RADIUS * share - 1.0) * U))
@@ -320,7 +299,7 @@ fn sight_lower_outside(fused: bool, share: f64) -> String {
 }
 
 fn sight_upper_outside(fused: bool, share: f64) -> String {
-    let upper = sights_of([0.3, 0.2, 3.1, 0.7]).upper;
+    let [_, upper] = sight().seen_from_outside(power());
     let [quotient, _] = upper.operands();
     let [sum, _] = quotient.operands();
     let given = OnTheWay::bounds_of(sum.operands());
@@ -331,12 +310,11 @@ fn sight_upper_outside(fused: bool, share: f64) -> String {
 
 /// `A/(R + f)` where `f = b - b_bound` is negative, and no more than half of the root.
 fn sight_upper_inside(fused: bool, share: f64) -> String {
-    let upper = sights_of([0.03, 0.02, 0.31, 3.7]).upper;
+    let [_, upper] = sight().seen_ahead_from_inside(squared_ray_of_sight());
     let [quotient, _] = upper.operands();
-    let [a, sum] = quotient.operands();
+    let [_, sum] = quotient.operands();
     let [root, b_lower] = sum.operands();
-    let mut given = OnTheWay::bounds_of([b_lower, root]);
-    given.push((a, "A", 7));
+    let given = OnTheWay::bounds_of([b_lower, root]);
     let mut script = Script::new(fused, &OF_SIGHTS).given(&given);
     let [[r, r_exact], [f, f_exact]] = [script.number(root), script.number(b_lower)];
     let pair = script.number(quotient);
@@ -356,7 +334,7 @@ fn sight_upper_inside(fused: bool, share: f64) -> String {
 
 /// `(R - f)/-c` where `B < 0`.
 fn sight_lower_inside_behind(fused: bool, share: f64) -> String {
-    let lower = sights_of([0.03, 0.02, -0.31, 3.7]).lower;
+    let [lower, _] = sight().seen_back_from_inside(power());
     let [quotient, _] = lower.operands();
     let [difference, inner] = quotient.operands();
     let [root, b_upper] = difference.operands();
@@ -581,36 +559,6 @@ fn above_in_floats(_fused: bool, share: f64) -> String {
          (above - sum) / value -> ((above - sum) / sum) * (sum / value) {{ value <> 0, sum <> 0 }};\n\
          sum / value -> (once - value * up) / value + up + 1b-149 / value {{ value <> 0 }};\n"
     )
-}
-
-/// Of numbers from 1 to 2, so that what is absolute is relative.
-fn double_double_product(fused: bool, share: f64) -> String {
-    let [x, xl, y, yl] = ["x", "xl", "y", "yl"].map(|name| Traced::rounded(name, 0));
-    let product = DoubleDouble::from((x, xl)) * DoubleDouble::from((y, yl));
-    let [high, _] = product.parts();
-    let [first, rest] = high.operands();
-    let mut script = Script::new(fused, &[("x", 0, 1), ("y", 0, 1)]);
-    for name in ["x", "xl", "y", "yl"] {
-        writeln!(script.lines, "{name} = double({name}_);").expect("a string");
-    }
-    for name in ["xl", "yl"] {
-        script.suppose(format!("|{name}| <= {}", exactly(U)));
-    }
-    let [first, _] = script.number(first);
-    let [rest_computed, _] = script.number(rest);
-    let [lost, crossed] = rest.operands().map(|of| script.number(of)[0].clone());
-    let [[a, b], [a_exact, b_exact]] = {
-        let [a, b] = rest.operands()[1].operands().map(|of| script.number(of));
-        [[a[0].clone(), b[0].clone()], [a[1].clone(), b[1].clone()]]
-    };
-    script.hints.push(format!(
-        "({first} + {rest_computed}) - (x + xl) * (y + yl) -> ({rest_computed} - ({lost} + {crossed})) \
-         + ({crossed} - ({a} + {b})) + ({a} - {a_exact}) + ({b} - {b_exact}) - xl * yl"
-    ));
-    let bound = exactly(14.0 * U * U * share);
-    script.prove(&format!(
-        "|({first} + {rest_computed}) - (x + xl) * (y + yl)| <= {bound}"
-    ))
 }
 
 /// Writes all scripts to a folder, and to another those that are to be refused.

@@ -6,52 +6,17 @@
 //! usual, fused or not, so that the search stays sharp. The greatest ratios of the long search
 //! (`cargo test --lib -- --ignored --nocapture bounds::search`) stand in the proof.
 
-use std::ops::Neg;
-
 use wide::{f32x8, f64x8};
 
-use super::*;
+use super::{double_double::DoubleDouble, *};
 use crate::exact::{
     kernels::{
         Middle, MiddleRow, Number, Steps, before, in_column, in_row, over_power, power_difference,
         quadratic, row_factor, row_middle, touching, touching_beside,
     },
-    real::{DoubleDouble, Real},
-    trials::{Dyadic, Random, dyadic},
+    trials::Random,
 };
 use crate::spheres::LANES;
-
-type Exact = DoubleDouble<f64x8>;
-
-impl Neg for Exact {
-    type Output = Self;
-
-    fn neg(self) -> Self {
-        <Self as Real>::splat(0.0) - self
-    }
-}
-
-impl Number for Exact {
-    fn constant(value: f64) -> Self {
-        <Self as Real>::splat(value)
-    }
-
-    fn times_plus(self, a: Self, b: Self) -> Self {
-        self * a + b
-    }
-
-    fn times_minus(self, a: Self, b: Self) -> Self {
-        self * a - b
-    }
-
-    fn times_from(self, a: Self, b: Self) -> Self {
-        b - self * a
-    }
-
-    fn root(self) -> Self {
-        self.sqrt()
-    }
-}
 
 /// What an input may be: its exponents, or its greatest value.
 #[derive(Clone, Copy, Debug)]
@@ -155,10 +120,9 @@ trait Formula {
 
 /// Error over bound, in doubles.
 fn in_doubles<F: Formula>(of: &[f64x8]) -> f64x8 {
-    let exact: Vec<Exact> = of.iter().map(|&lanes| Exact::of(lanes)).collect();
-    let error = F::value(&exact) - Exact::of(F::value(of));
-    let [high, _] = error.parts();
-    high.abs() / (f64x8::splat(F::BOUND) * F::magnitude(of))
+    let exact: Vec<DoubleDouble> = of.iter().map(|&lanes| DoubleDouble::new(lanes)).collect();
+    let error = F::value(&exact) - DoubleDouble::new(F::value(of));
+    error.high.abs() / (f64x8::splat(F::BOUND) * F::magnitude(of))
 }
 
 /// Error over bound, in floats, to which the inputs are rounded.
@@ -404,12 +368,12 @@ fn along<N: Number>(of: &[N]) -> N {
 
 const NUMERATOR: Kind = Whole(1 << 33);
 
-formula!(SightCross, "SIGHT_CROSS", SIGHT_CROSS * U, 0.2,
+formula!(SightCross, "SIGHT_CROSS", SIGHT_CROSS, 0.2,
     [LENGTH, LENGTH, WIDTH, WIDTH, NUMERATOR, NUMERATOR],
     of => of[0] * of[2] - of[1] * along(&of[3..6]),
     sum_of_magnitudes([of[0] * of[2], of[1] * along(&of[3..6])]));
 
-formula!(SightDot, "SIGHT_DOT", SIGHT_DOT * U, 0.2,
+formula!(SightDot, "SIGHT_DOT", SIGHT_DOT, 0.2,
 [LENGTH, LENGTH, LENGTH, WIDTH, WIDTH, NUMERATOR, NUMERATOR, WIDTH, NUMERATOR],
 of => of[0] * along(&of[4..7]) + of[1] * along(&[of[7], of[8], of[6]]) + of[2] * of[3],
 sum_of_magnitudes([
@@ -423,12 +387,12 @@ fn squared_radius_times_a<N: Number>(of: &[N]) -> N {
     of[0] * of[0] * (x * x + y * y + of[1] * of[1])
 }
 
-formula!(SightSquaredRadius, "SIGHT_SQUARED_RADIUS", SIGHT_SQUARED_RADIUS * U, 0.2,
+formula!(SightSquaredRadius, "SIGHT_SQUARED_RADIUS", SIGHT_SQUARED_RADIUS, 0.2,
     [WIDTH, WIDTH, WIDTH, NUMERATOR, NUMERATOR, WIDTH, NUMERATOR],
     of => squared_radius_times_a(of),
     squared_radius_times_a(of));
 
-formula!(SightSquaredCross, "SIGHT_SQUARED_CROSS", SIGHT_SQUARED_CROSS * U, 0.2,
+formula!(SightSquaredCross, "SIGHT_SQUARED_CROSS", SIGHT_SQUARED_CROSS, 0.2,
     [Double(-2, 2), Double(-2, 2), Double(-2, 2)],
     of => of[0] * of[0] + of[1] * of[1] + of[2] * of[2],
     of[0] * of[0] + of[1] * of[1] + of[2] * of[2]);
@@ -437,7 +401,7 @@ fn quotient_of_sight<N: Number>(of: &[N]) -> N {
     ((of[0] - of[1]) + (of[2] - of[3]).root()) / of[4]
 }
 
-formula!(SightQuotient, "SIGHT_QUOTIENT, c as it is", SIGHT_QUOTIENT * U, 0.06,
+formula!(SightQuotient, "SIGHT_QUOTIENT, c as it is", SIGHT_QUOTIENT, 0.06,
     [Positive(0, 2), Positive(-60, -2), Positive(0, 2), Positive(-60, -2), Positive(-2, 2)],
     of => quotient_of_sight(of),
     quotient_of_sight(of));
@@ -505,12 +469,12 @@ of => difference_of_powers(of).1,
     difference.simd_gt(limit).select(difference, f64x8::splat(f64::NAN))
 });
 
-formula!(PowerOfHit, "SIGHT_POWER", SIGHT_POWER * U, 0.05,
+formula!(PowerOfHit, "SIGHT_POWER", SIGHT_POWER, 0.05,
 [LENGTH, LENGTH, LENGTH, WIDTH, LENGTH, LENGTH, LENGTH, WIDTH, Double(-4, 4)],
 of => difference_of_powers(of).1 * of[8],
 sum_of_magnitudes(difference_of_powers(of).0) * of[8]);
 
-formula!(PowerAlong, "SIGHT_ALONG", SIGHT_ALONG * U, 0.2,
+formula!(PowerAlong, "SIGHT_ALONG", SIGHT_ALONG, 0.2,
 [LENGTH, LENGTH, LENGTH, LENGTH, LENGTH, LENGTH, WIDTH, WIDTH, NUMERATOR, NUMERATOR],
 of => (of[3] - of[0]) * along(&of[6..9]) + (of[4] - of[1]) * along(&[of[7], of[9], of[8]]) + (of[5] - of[2]) * of[6],
 sum_of_magnitudes([
@@ -532,68 +496,6 @@ fn found<F: Formula>(
     (begins, steps): (u64, u64),
 ) -> (&'static str, f64, f64) {
     (F::NAME, climb(F::KINDS, ratio, begins, steps), F::REACHED)
-}
-
-fn exact_value(value: Exact) -> Dyadic {
-    let [high, low] = value.parts().map(|part| part.to_array()[0]);
-    dyadic(high) + dyadic(low)
-}
-
-/// The greatest ratio of the double-doubles' errors to their bound.
-fn double_doubles(begins: u64, steps: u64) -> f64 {
-    let kinds = [
-        Double(-2, 2),
-        Double(-60, -52),
-        Double(-2, 2),
-        Double(-60, -52),
-    ];
-    let close = |error: Dyadic, exact: &Dyadic| {
-        let ratio = (error / exact.clone().with_precision(200).value())
-            .to_f64()
-            .value();
-        ratio.abs() / U_DOUBLE_DOUBLE
-    };
-    let mut greatest = 0.0_f64;
-    for begin in 0..begins {
-        let mut random = Random::new(begin);
-        let operation = begin % 4;
-        let ratio = |of: &[f64]| {
-            let number = |high: f64, low: f64| Exact::of_sum(f64x8::splat(high), f64x8::splat(low));
-            let (x, y) = (number(of[0], of[1]), number(of[2], of[3]));
-            let (a, b) = (exact_value(x), exact_value(y));
-            match operation {
-                0 => {
-                    let sum = &a + &b;
-                    if sum == Dyadic::ZERO {
-                        return 0.0;
-                    }
-                    close(exact_value(x + y) - &sum, &sum)
-                }
-                1 => {
-                    let product = &a * &b;
-                    close(exact_value(x * y) - &product, &product)
-                }
-                2 => close(exact_value(x / y) * &b - &a, &a),
-                _ => {
-                    let (root, square) = (exact_value(x.abs().sqrt()), exact_value(x.abs()));
-                    close(&root * &root - &square, &square) / 2.0
-                }
-            }
-        };
-        let mut best: Vec<f64> = kinds.iter().map(|kind| kind.any(&mut random)).collect();
-        let mut best_ratio = 0.0;
-        for _ in 0..steps {
-            let mut next = best.clone();
-            let at = random.below(4) as usize;
-            next[at] = kinds[at].beside(best[at], &mut random);
-            let ratio = ratio(&next);
-            if ratio >= best_ratio {
-                (best, best_ratio) = (next, ratio);
-            }
-        }
-        greatest = greatest.max(best_ratio);
-    }
-    greatest
 }
 
 /// Every formula with the greatest ratio found, and what has to be.
@@ -627,7 +529,6 @@ fn search(begins: u64, steps: u64) -> Vec<(&'static str, f64, f64)> {
         found::<PowerOfHit>(in_doubles::<PowerOfHit>, effort),
         found::<PowerAlong>(in_doubles::<PowerAlong>, effort),
         found::<Least>(in_floats::<Least>, effort),
-        ("U_DOUBLE_DOUBLE", double_doubles(begins, steps), 0.1),
     ]
 }
 

@@ -1,8 +1,7 @@
 //! The roundings of each formula, counted by machine for each term of it.
 //!
-//! The engine's own formulas ([`kernels`](crate::exact::kernels), and
-//! [`Sights`](crate::exact::sight::Sights)) are evaluated with [`Traced`]: a polynomial's
-//! every term carries how many factors `1 + d`, `|d| <= u`, it is wrong by at most
+//! The engine's own formulas ([`kernels`](crate::exact::kernels)) are evaluated with [`Traced`]: a
+//! polynomial's every term carries how many factors `1 + d`, `|d| <= u`, it is wrong by at most
 //! (Higham, chapter 3). A sum adds one to all terms, a product adds the counts and one, a
 //! fused multiply-add one where two operations add two. Both ways are counted, and the
 //! constant has to be at least one unit above the greater one: `n` roundings are no more
@@ -22,17 +21,15 @@ use super::{
     *,
 };
 use crate::{
-    camera::{Camera, ImageSize},
     exact::{
         grid::SIDE,
         kernels::{
-            Middle, MiddleRow, Number, Steps, before, difference_at, farthest, in_column, in_row,
-            nearest_beside, over_power, power_difference, quadratic, radical_plane, row_factor,
-            row_middle, squared_ray, touching, touching_beside,
+            Middle, MiddleRow, Number, Sight, Steps, before, component, difference_at, farthest,
+            in_column, in_row, nearest_beside, over_power, power_difference, quadratic,
+            radical_plane, row_factor, row_middle, squared_length, squared_ray, touching,
+            touching_beside,
         },
-        sight::{Rays, Sights, Targets},
     },
-    scene::Viewport,
     spheres::LANES,
 };
 
@@ -125,8 +122,7 @@ fn inverse_depths_from_the_surface() {
 /// A factor `1 + bound` that is no number of its format is not the one that was counted.
 #[test]
 fn factors_are_exact() {
-    let quotient = SIGHT_QUOTIENT * U;
-    for bound in [REACH_BOUND, BESIDE_BOUND, TO_FLOAT, quotient] {
+    for bound in [REACH_BOUND, BESIDE_BOUND, TO_FLOAT, SIGHT_QUOTIENT] {
         assert_eq!([1.0 + bound - 1.0, 1.0 - (1.0 - bound)], [bound; 2]);
     }
     for bound in [ROW_INFLATION, DEPTH_INFLATION] {
@@ -355,17 +351,24 @@ fn rows_in_floats() {
     assert_counted("ROW_INFLATION", ROW_INFLATION, U32, derived, 0);
 }
 
-/// A camera whose coordinates of a ray round twice, and spheres about its rays.
-pub(super) fn sights_of(sphere: [f32; 4]) -> Sights<Traced> {
-    let viewport = Viewport {
-        width: 1.7,
-        height: 1.3,
-        distance: 0.9,
-    };
-    let size = ImageSize::of_sides(2_000_000_011, 1_000_000_007);
-    let camera = Camera::new(viewport, size);
-    let rays = Rays::<Traced>::of_pixel(&camera, 1_234_567_890, 321_987_654);
-    Sights::new(&rays, &Targets::of(std::iter::once(sphere)))
+/// A ray and a sphere.
+pub(super) fn sight() -> Sight<Traced> {
+    let v = [
+        Traced::rounded("x", 2),
+        Traced::rounded("y", 2),
+        Traced::float("z"),
+    ];
+    let sphere = ["Cx", "Cy", "Cz", "r"].map(Traced::float);
+    Sight::new(sphere, v, squared_length(v))
+}
+
+/// `c`, and `A` where it is no more than a divisor or a dividend.
+pub(super) fn power() -> Traced {
+    Traced::rounded("c", 7)
+}
+
+pub(super) fn squared_ray_of_sight() -> Traced {
+    Traced::rounded("A", 7)
 }
 
 /// The numbers on the way to the lower bound of a sphere that is seen from outside.
@@ -381,7 +384,7 @@ pub(super) struct OnTheWay {
 
 impl OnTheWay {
     pub(super) fn find() -> Self {
-        let lower = sights_of([0.3, 0.2, 3.1, 0.7]).lower;
+        let [lower, _] = sight().seen_from_outside(power());
         let [quotient, _] = lower.operands();
         let [sum, _] = quotient.operands();
         let bounds = Self::bounds_of(sum.operands());
@@ -421,12 +424,23 @@ impl OnTheWay {
     }
 }
 
-/// In units of the arithmetic's own roundoff; squares of floats are exact in both.
 #[test]
 fn sights() {
+    let [numerator, denominator] = ["m", "n"].map(|name| Traced::rounded(name, 0));
+    let x = component(Traced::float("w"), numerator, denominator);
+    assert_eq!(greatest(&[x], &[]), 2);
+    assert_eq!(
+        greatest(
+            &[squared_length(
+                ["x", "y", "z"].map(|name| Traced::rounded(name, 2))
+            )],
+            &[]
+        ),
+        7
+    );
     let way = OnTheWay::find();
     let counted = |name: &str, constant: f64, derived: u32, slack: u32| {
-        assert_counted(name, constant, 1.0, derived, slack);
+        assert_counted(name, constant, U, derived, slack);
     };
     counted("SIGHT_CROSS", SIGHT_CROSS, greatest(&way.normal, &[]), 0);
     counted("SIGHT_DOT", SIGHT_DOT, greatest(&[way.b], &[]), 0);
@@ -443,7 +457,6 @@ fn sights() {
     counted("SIGHT_QUOTIENT", SIGHT_QUOTIENT, derived, 7);
 }
 
-/// In units of doubles.
 #[test]
 fn powers_of_hits() {
     let [first, second] = [["x", "y", "z", "r"], ["x'", "y'", "z'", "r'"]];
@@ -451,14 +464,14 @@ fn powers_of_hits() {
     let v = [("Vx", 2), ("Vy", 2), ("Vz", 0)];
     let v = v.map(|(name, roundings)| Traced::rounded(name, roundings));
     let [lower, upper] = ["lower", "upper"].map(|name| Traced::rounded(name, 0));
-    let ([power, ..], f) = difference_at(first, second, v, upper, Traced::magnitude);
+    let ([power, ..], f) = difference_at(first, second, v, upper);
     let [product, along] = f.operands();
     // Each with its share of the difference; the other part of the bound is summed with two more.
     let of_width = greatest(&[power.magnitude() * (upper - lower)], &[]) + 2;
     let derived = greatest(&[product], &[]) + 1 + of_width;
-    assert_counted("SIGHT_POWER", SIGHT_POWER, 1.0, derived, 1);
+    assert_counted("SIGHT_POWER", SIGHT_POWER, U, derived, 1);
     let derived = greatest(&[along], &[]) + 1;
-    assert_counted("SIGHT_ALONG", SIGHT_ALONG, 1.0, derived, 0);
+    assert_counted("SIGHT_ALONG", SIGHT_ALONG, U, derived, 0);
 }
 
 /// The bound of `B` has every term that `B` has.
@@ -467,7 +480,7 @@ fn bounds_of_sights_have_all_terms() {
     let way = OnTheWay::find();
     let counter = Counter::new(false);
     let [units, terms] = way.b_bound.operands();
-    assert_eq!(units.constant_value(), Some(SIGHT_DOT * U));
+    assert_eq!(units.constant_value(), Some(SIGHT_DOT));
     let names = |of: Traced| counter.terms(of).terms.into_keys().collect::<Vec<_>>();
     assert_eq!(names(way.b), names(terms));
 }
@@ -485,13 +498,6 @@ fn what_cancels_is_less_than_a_share_of_a_float() {
     assert!(derived * U / CANCELLATION_LIMIT <= NEARLY);
     // And no more is asked of k than that.
     assert!(2.0 * derived * U / CANCELLATION_LIMIT > NEARLY);
-}
-
-#[test]
-fn double_doubles_round_by_no_more_than_a_quotient() {
-    // Of the operations in its table, with terms in U^3.
-    let greatest = 15.0 * U * U;
-    assert!((greatest..=greatest + U * U).contains(&U_DOUBLE_DOUBLE));
 }
 
 /// Of coefficients that are rounded to floats, with the greatest `p` and `q` of a tile.

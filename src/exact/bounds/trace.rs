@@ -7,10 +7,7 @@ use std::{
     ops::{Add, Div, Mul, Neg, Sub},
 };
 
-use wide::f64x8;
-
-use super::U;
-use crate::exact::{kernels::Number, real::Real};
+use crate::exact::kernels::Number;
 
 /// An operation, of the places of its operands.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,8 +30,6 @@ pub(super) enum Operation {
     Root(Traced),
     Negative(Traced),
     Magnitude(Traced),
-    /// What the sum or the product at that place has lost, exactly.
-    Lost(Traced),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -171,61 +166,6 @@ impl Number for Traced {
 
     fn root(self) -> Self {
         Self::new(Operation::Root(self), self.value().sqrt())
-    }
-
-    // That these are exact is proven in the literature.
-
-    fn two_sum(self, other: Self) -> (Self, Self) {
-        let sum = self + other;
-        (sum, Self::new(Operation::Lost(sum), 0.0))
-    }
-
-    fn fast_two_sum(self, other: Self) -> (Self, Self) {
-        self.two_sum(other)
-    }
-
-    fn two_product(self, other: Self) -> (Self, Self) {
-        let product = self * other;
-        (product, Self::new(Operation::Lost(product), 0.0))
-    }
-}
-
-/// The first of eight lanes.
-impl Real for Traced {
-    const ROUNDOFF: f64 = U;
-
-    fn of(doubles: f64x8) -> Self {
-        Self::constant(doubles.to_array()[0])
-    }
-
-    /// `c`, whose sign is right, is the one number that is made so.
-    fn of_sum(doubles: f64x8, rest: f64x8) -> Self {
-        let operation = Operation::Input {
-            name: "c",
-            roundings: 7,
-            float: false,
-        };
-        Self::new(operation, (doubles + rest).to_array()[0])
-    }
-
-    fn sqrt(self) -> Self {
-        self.root()
-    }
-
-    fn exceeds(self, other: Self) -> f64x8 {
-        f64x8::splat(self.value()).simd_gt(f64x8::splat(other.value()))
-    }
-
-    fn where_or(self, mask: f64x8, other: Self) -> Self {
-        if mask.to_bitmask() & 1 == 1 {
-            self
-        } else {
-            other
-        }
-    }
-
-    fn greatest(self) -> Self {
-        self
     }
 
     fn abs(self) -> Self {
@@ -407,7 +347,6 @@ impl Counter {
                 root
             }
             Operation::Negative(of) | Operation::Magnitude(of) => self.terms(of),
-            Operation::Lost(of) => panic!("{of:?} has lost what no count says"),
         }
     }
 }

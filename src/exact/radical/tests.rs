@@ -103,8 +103,8 @@ fn the_nearer_sphere_is_the_one_that_is_seen() {
         for column in region.left..region.right + 1 {
             let place = tile.pixel(column, row);
             let seen = |records: &[Record]| {
-                let mut candidates: Vec<_> = records.iter().map(Record::candidate).collect();
-                decide(&trial.camera, place, &mut candidates, true).0
+                let candidates: Vec<_> = records.iter().map(Record::candidate).collect();
+                decide(&trial.camera, place, &candidates, true).0
             };
             if seen(&[first]) == NONE || seen(&[second]) == NONE {
                 continue;

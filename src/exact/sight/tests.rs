@@ -1,73 +1,56 @@
-//! Intersections in doubles and in double-doubles, against dyadic rationals.
+//! Intersections in doubles, against dyadic rationals.
 
-use super::{Order, Rays, Sights, Targets, power, power_of_camera};
+use super::{Order, Rays, Sights, Targets, power_of_camera};
 use crate::exact::{
-    bounds::{U, U_DOUBLE_DOUBLE},
+    bounds::U,
     integers,
-    real::{DoubleDouble, Real},
     trials::{Dyadic, Trial, Truth, dyadic, each_trial, partner},
 };
 use crate::{
     camera::{Camera, ImageSize},
     scene::Viewport,
-    spheres::Sphere,
 };
 use std::cmp::Ordering;
-use wide::f64x8;
 
 #[test]
 fn the_power_of_the_camera_has_the_right_sign_and_seven_roundings() {
     each_trial(100_000, |trial, _| {
         let exact = trial.truth().c;
-        let (rounded, rest) = power(trial.lengths().map(f64::from));
+        let rounded = power_of_camera(&trial.sphere);
         let zero = Dyadic::ZERO;
-        let right = rounded == power_of_camera(&trial.sphere)
-            && (rounded > 0.0) == (exact > zero)
-            && (rounded < 0.0) == (exact < zero);
-        let close = |value: Dyadic, share: f64| {
-            let (error, bound) = (value - &exact, dyadic(share) * &exact);
-            &error * &error <= &bound * &bound
-        };
-        let sum = dyadic(rounded) + dyadic(rest);
-        if right && close(dyadic(rounded), 7.0 * U) && close(sum, 7.0 * U_DOUBLE_DOUBLE) {
+        let right = (rounded > 0.0) == (exact > zero) && (rounded < 0.0) == (exact < zero);
+        let (error, bound) = (dyadic(rounded) - &exact, dyadic(7.0 * U) * &exact);
+        if right && &error * &error <= &bound * &bound {
             Ok(())
         } else {
-            Err(format!("{:016x} + {rest:e} for {exact}", rounded.to_bits()))
+            Err(format!("{:016x} for {exact}", rounded.to_bits()))
         }
     });
 }
 
 /// Checks an intersection. Returns whether it is met, in doubt, or missed.
-fn judge<N: Real>(
-    trial: &Trial,
-    sights: &Sights<N>,
-    lane: usize,
-    exactly: impl Fn(N, usize) -> Option<Dyadic>,
-) -> Result<usize, String> {
+fn judge(trial: &Trial, sights: &Sights, lane: usize) -> Result<usize, String> {
     let truth = trial.truth();
     // Here the inverse depth is in units of V: s = vz/z.
     let unit = trial.camera.z_double();
-    let minus_infinity = |value: N| {
-        let lanes = N::splat(f64::MIN).exceeds(value).to_bitmask();
-        lanes >> lane & 1 == 1
-    };
-    let (lower, upper) = (sights.lower, sights.upper);
-    if minus_infinity(upper) {
+    let [lower, upper] = [sights.lower, sights.upper].map(|bound| bound.to_array()[lane]);
+    if upper == f64::NEG_INFINITY {
         return if truth.hit() {
             Err("missed, but hit".into())
         } else {
             Ok(2)
         };
     }
-    let above = exactly(upper, lane);
-    if truth.hit() && above.is_some_and(|above| !truth.at_most_dyadic(&above, unit)) {
+    if truth.hit() && !truth.at_most(upper, unit) {
         return Err("nearer than the upper bound".into());
     }
-    if minus_infinity(lower) {
+    if lower == f64::NEG_INFINITY {
         return Ok(1);
     }
-    let below = exactly(lower, lane).ok_or("a lower bound of infinity")?;
-    if truth.hit() && truth.at_least_dyadic(&below, unit) {
+    if !lower.is_finite() {
+        return Err(format!("a lower bound of {lower}"));
+    }
+    if truth.hit() && truth.at_least(lower, unit) {
         Ok(0)
     } else {
         Err(format!(
@@ -77,15 +60,12 @@ fn judge<N: Real>(
     }
 }
 
-/// How many are met, in doubt, and missed; and of those that are seen from inside, ahead and back, how
-/// many are known to a millionth.
-fn check<N: Real>(
-    count: u64,
-    exactly: impl Fn(N, usize) -> Option<Dyadic> + Copy,
-) -> ([u64; 3], [u64; 2]) {
+/// And are in doubt in few of the pixels, and sharp where they are seen from inside, ahead and back.
+#[test]
+fn sights_hold_the_exact_inverse_depth() {
     let (mut kinds, mut sharp) = ([0; 3], [0; 2]);
-    each_trial(count, |trial, random| {
-        let targets = Targets::<N>::of(std::iter::once(trial.lengths()));
+    each_trial(150_000, |trial, random| {
+        let targets = Targets::of(std::iter::once(trial.lengths()));
         let (rays, lane) = if random.below(2) == 0 {
             (Rays::of_pixel(&trial.camera, trial.column, trial.row), 0)
         } else {
@@ -94,43 +74,17 @@ fn check<N: Real>(
             (rays, before as usize)
         };
         let sights = Sights::new(&rays, &targets);
-        kinds[judge(trial, &sights, lane, exactly)?] += 1;
+        kinds[judge(trial, &sights, lane)?] += 1;
         let Truth { b, c, .. } = trial.truth();
-        if c < Dyadic::ZERO {
-            let bounds = [exactly(sights.lower, lane), exactly(sights.upper, lane)];
-            if let [Some(lower), Some(upper)] = bounds
-                && dyadic(1e6) * (&upper - lower) < upper
-            {
-                sharp[usize::from(b < Dyadic::ZERO)] += 1;
-            }
+        let [lower, upper] = [sights.lower, sights.upper].map(|bound| bound.to_array()[lane]);
+        if c < Dyadic::ZERO && upper < f64::INFINITY && 1e6 * (upper - lower) < upper {
+            sharp[usize::from(b < Dyadic::ZERO)] += 1;
         }
         Ok(())
     });
-    (kinds, sharp)
-}
-
-fn double(value: f64) -> Option<Dyadic> {
-    value.is_finite().then(|| dyadic(value))
-}
-
-#[test]
-fn sights_in_doubles_hold_the_exact_inverse_depth() {
-    let (kinds, sharp) = check::<f64x8>(150_000, |lanes, lane| double(lanes.to_array()[lane]));
     let enough = kinds[0] > 30_000 && kinds[1] > 500 && kinds[2] > 30_000;
     assert!(enough, "only {kinds:?}");
     let enough = sharp[0] > 14_000 && sharp[1] > 10_000;
-    assert!(enough, "only {sharp:?} are sharp");
-}
-
-#[test]
-fn sights_in_double_doubles_hold_the_exact_inverse_depth() {
-    let (kinds, sharp) = check::<DoubleDouble>(60_000, |lanes, lane| {
-        let [high, low] = lanes.parts().map(|part| part.to_array()[lane]);
-        Some(double(high)? + double(low)?)
-    });
-    let enough = kinds[0] > 10_000 && kinds[1] > 30 && kinds[2] > 10_000;
-    assert!(enough, "only {kinds:?}");
-    let enough = sharp[0] > 5_500 && sharp[1] > 4_000;
     assert!(enough, "only {sharp:?} are sharp");
 }
 
@@ -150,15 +104,15 @@ fn the_order_of_two_spheres_is_that_of_their_hits() {
             return Ok(());
         }
         let rays = Rays::of_pixel(&trial.camera, trial.column, trial.row);
-        let targets = lengths.map(|lengths| Targets::<f64x8>::of(std::iter::once(lengths)));
+        let targets = lengths.map(|lengths| Targets::of(std::iter::once(lengths)));
         let sights = targets.map(|targets| Sights::new(&rays, &targets));
         let of = |at: usize| (&targets[at], &sights[at]);
         let order = Order::new(&rays, [of(0), of(1)]);
         if Order::new(&rays, [of(1), of(0)]).first != order.second {
             return Err("another order of the exchanged spheres".into());
         }
-        let ray = integers::Ray::new(&trial.camera, trial.column, trial.row);
-        let hits = spheres.map(|sphere| ray.meet(&sphere));
+        let pixel = (trial.column, trial.row);
+        let hits: Vec<_> = integers::hits(&trial.camera, pixel, lengths.into_iter()).collect();
         let said = match (order.first, order.second) {
             (0xff, 0) => Ordering::Greater,
             (0, 0xff) => Ordering::Less,
@@ -168,7 +122,7 @@ fn the_order_of_two_spheres_is_that_of_their_hits() {
             }
             other => return Err(format!("{other:x?} of eight copies")),
         };
-        let [Some(first), Some(second)] = &hits else {
+        let [Some(first), Some(second)] = &hits[..] else {
             return Err("an order of spheres that are not hit".into());
         };
         let within = spheres.iter().filter(|of| power_of_camera(of) <= 0.0);
@@ -232,23 +186,18 @@ fn no_order_is_known_where_the_rounding_of_rays_decides() {
             viewport,
             ImageSize::of_sides(sides[0] as u32, sides[1] as u32),
         );
-        let spheres = [[1.0, -1.0], [-1.0, 1.0]].map(|[x, y]| Sphere {
-            centre: [x, y, 10.0],
-            radius: 9.0,
-            colour: [0; 3],
-        });
+        let lengths = [[1.0, -1.0, 10.0, 9.0], [-1.0, 1.0, 10.0, 9.0]];
         let rays = Rays::of_pixel(&camera, column, row);
-        let targets = spheres.map(|sphere| {
-            let [x, y, z] = sphere.centre;
-            Targets::<f64x8>::of(std::iter::once([x, y, z, sphere.radius]))
-        });
+        let targets = lengths.map(|lengths| Targets::of(std::iter::once(lengths)));
         let sights = targets.map(|targets| Sights::new(&rays, &targets));
         let order = Order::new(
             &rays,
             [(&targets[0], &sights[0]), (&targets[1], &sights[1])],
         );
-        let ray = integers::Ray::new(&camera, column, row);
-        let hits = spheres.map(|sphere| ray.meet(&sphere).expect("a hit"));
+        let hits: Vec<_> = integers::hits(&camera, (column, row), lengths.into_iter()).collect();
+        let [Some(first), Some(second)] = &hits[..] else {
+            panic!("no hit");
+        };
         match (order.first, order.second) {
             (0, 0) => untold += 1,
             said => {
@@ -258,7 +207,7 @@ fn no_order_is_known_where_the_rounding_of_rays_decides() {
                 } else {
                     Ordering::Less
                 };
-                assert_eq!(hits[0].cmp(&hits[1]), right, "{steps}: ({column}, {row})");
+                assert_eq!(first.cmp(second), right, "{steps}: ({column}, {row})");
             }
         }
     }
