@@ -3,14 +3,14 @@
 use std::ops::Range;
 
 use super::{
-    bins::{Candidate, EightRecords, Large, Record},
+    bins::{Candidate, Large, Record},
     bits::{runs, set_bits},
     counts::Counts,
-    coverage::{Coverage, Tile},
+    coverage::{Coverage, Mask, OCTETS, Tile},
     crowd::{Crowd, PreparedTile, UndecidedPixel},
     decide::decide,
     grid::SIDE,
-    packet::{Meetings, PixelRow},
+    packet::PixelRow,
     paint::{Pattern, colour_lane, put_eight, put_some},
     prepared::Prepared,
     rows::{self, BandRows},
@@ -31,6 +31,9 @@ pub(super) const CROWD: usize = 32;
 pub(super) const SMALL_CROWD: usize = 12;
 const DEEP_CROWD: usize = 7;
 
+/// All pixels of a tile.
+const ALL: Mask = [[u64::MAX; LANES]; OCTETS];
+
 /// Memory for drawing one band at a time.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
@@ -39,8 +42,6 @@ pub(super) struct Scratch {
     crowd: Crowd,
     pixels: Vec<PixelRow>,
     undecided: Vec<UndecidedPixel>,
-    /// The indices in the coverage of the spheres that packets meet.
-    met: Vec<usize>,
     candidates: Vec<Candidate>,
 }
 
@@ -291,96 +292,26 @@ impl<'a> Band<'a> {
         }
     }
 
-    /// Draws the contested pixels of a tile of few spheres by packets.
+    /// Settles the contested pixels of a tile of few spheres.
     fn settle_contested(&mut self, tile: &Tile) {
-        self.meet_contested(tile);
-        for row in 0..SIDE {
-            let contested = self.scratch.coverage.contested[row / LANES][row % LANES];
-            if contested != 0 {
-                if (tile.first..tile.last).contains(&row) {
-                    self.put_contested(tile, row, contested);
-                }
-                self.scratch.pixels[row].clear(self.background);
-            }
-        }
-    }
-
-    fn meet_contested(&mut self, tile: &Tile) {
         let prepared_tile = self.prepared_tile(tile);
         let Scratch {
             coverage,
+            crowd,
             pixels,
-            met,
             ..
         } = &mut *self.scratch;
-        met.clear();
-        let contested = |at: &usize| coverage.is_contested(&coverage.spheres[*at]);
-        met.extend(coverage.order.iter().copied().filter(contested));
-        for places in met.chunks(LANES) {
-            let of = |lane: usize| &coverage.spheres[places[lane]];
-            let eight = EightRecords::from_fn(places.len(), |lane| of(lane).record);
-            let depths = prepared_tile.depths(&eight);
-            let meetings = Meetings::new(&depths, &eight);
-            for lane in 0..places.len() {
-                let wanted = coverage.contested_by(of(lane));
-                let record = &of(lane).record;
-                self.counts.sphere_tests +=
-                    prepared_tile.meet_masked(&meetings, lane, record, pixels, &wanted);
-            }
-        }
+        self.counts.sphere_tests += crowd.meet_contested(&prepared_tile, coverage, pixels);
+        let contested = coverage.contested;
+        let put = self.put_packets(tile, &contested);
+        self.decide_pixels(tile, put);
     }
 
     fn prepared_tile(&self, tile: &Tile) -> PreparedTile<'a> {
-        let prepared = self.prepared;
         PreparedTile {
-            grid: &prepared.grid,
-            bins: &prepared.bins,
-            bounds: prepared.bounds,
+            prepared: self.prepared,
             tile: *tile,
         }
-    }
-
-    fn put_contested(&mut self, tile: &Tile, row: usize, mut contested: u64) {
-        while contested != 0 {
-            let first = contested.trailing_zeros() as usize / LANES * LANES;
-            let bits = contested >> first & 0xff;
-            contested &= !(0xff << first);
-            let pixels = &self.scratch.pixels[row];
-            let undecided = if self.prepared.bounds == Bounds::Ignored {
-                0
-            } else {
-                u64::from(pixels.undecided_lanes(first)) & bits
-            };
-            let colours = pixels.colours(first);
-            let at = (tile.column as usize + first) * BYTES_PER_PIXEL;
-            let line = &mut self.bytes[(row - tile.first) * self.row_bytes..][..self.row_bytes];
-            let line = &mut line[at..];
-            if bits == 0xff {
-                put_eight(&mut line[..LANES * BYTES_PER_PIXEL], colours);
-            } else {
-                put_some(line, colours, bits as u32);
-            }
-            self.counts.pixels_in_packets += u64::from((bits & !undecided).count_ones());
-            for lane in set_bits(undecided) {
-                self.decide_contested(tile, first + lane, row);
-            }
-        }
-    }
-
-    fn decide_contested(&mut self, tile: &Tile, column: usize, row: usize) {
-        let Scratch {
-            coverage,
-            candidates,
-            ..
-        } = &mut *self.scratch;
-        candidates.clear();
-        for &at in &coverage.order {
-            let covering = &coverage.spheres[at];
-            if coverage.may_cover(covering, column, row) {
-                candidates.push(covering.record.candidate());
-            }
-        }
-        self.put_decided(tile.pixel(column, row));
     }
 
     /// Decides a pixel of the picture among the gathered candidates.
@@ -404,33 +335,41 @@ impl<'a> Band<'a> {
         loop {
             let Scratch { crowd, pixels, .. } = &mut *self.scratch;
             self.counts.sphere_tests += crowd.meet(&crowded, sorted, pixels);
-            self.put_crowd(tile);
-            let Scratch {
-                crowd, undecided, ..
-            } = &*self.scratch;
-            if sorted || !crowd.may_hold_copies(undecided.len()) {
-                break;
+            let put = self.put_packets(tile, &ALL);
+            let undecided = self.scratch.undecided.len();
+            if sorted || !self.scratch.crowd.may_hold_copies(undecided) {
+                self.decide_pixels(tile, put);
+                return;
             }
             sorted = true;
         }
-        self.decide_pixels(tile);
     }
 
-    /// Writes the colours of a tile, finds its undecided pixels, and clears its pixels, row by
-    /// row, since a tile is larger than the first-level cache.
-    fn put_crowd(&mut self, tile: &Tile) {
+    /// Writes the contested pixels of a tile, finds those that are undecided, and clears its packets, row
+    /// by row, since a tile is larger than the first-level cache. Returns how many it wrote.
+    fn put_packets(&mut self, tile: &Tile, contested: &Mask) -> u64 {
         let ignored = self.prepared.bounds == Bounds::Ignored;
         let Scratch {
             pixels, undecided, ..
         } = &mut *self.scratch;
         undecided.clear();
-        // Boxes may extend into rows that are not drawn now.
+        let (mut put, full) = (0, u64::MAX >> (SIDE - tile.width));
         for (row, pixels) in pixels.iter_mut().enumerate() {
+            let contested = contested[row / LANES][row % LANES];
+            if contested == 0 {
+                continue;
+            }
+            // Boxes may extend into rows that are not drawn now.
             if (tile.first..tile.last).contains(&row) {
-                let at = tile.column as usize * BYTES_PER_PIXEL;
                 let line = &mut self.bytes[(row - tile.first) * self.row_bytes..][..self.row_bytes];
-                let columns = put_row(&mut line[at..at + tile.width * BYTES_PER_PIXEL], pixels);
+                let line = &mut line[tile.column as usize * BYTES_PER_PIXEL..];
+                let columns = if contested == u64::MAX {
+                    put_row(&mut line[..tile.width * BYTES_PER_PIXEL], pixels)
+                } else {
+                    put_some_of_row(line, pixels, contested)
+                };
                 let columns = if ignored { 0 } else { columns };
+                put += u64::from((contested & full).count_ones());
                 undecided.extend(set_bits(columns).map(|column| UndecidedPixel {
                     column: column as u8,
                     row: row as u8,
@@ -439,13 +378,13 @@ impl<'a> Band<'a> {
             }
             pixels.clear(self.background);
         }
+        put
     }
 
-    /// Decides the undecided pixels of a tile of many spheres.
-    fn decide_pixels(&mut self, tile: &Tile) {
+    /// Decides the undecided pixels of a tile, of those that were written.
+    fn decide_pixels(&mut self, tile: &Tile, put: u64) {
         let count = self.scratch.undecided.len();
-        let pixels = tile.width * (tile.last - tile.first);
-        self.counts.pixels_in_packets += (pixels - count) as u64;
+        self.counts.pixels_in_packets += put - count as u64;
         for at in 0..count {
             let Scratch {
                 crowd,
@@ -487,6 +426,25 @@ fn put_packets(line: &mut [u8], pixels: &PixelRow) -> u64 {
         undecided |= u64::from(pixels.undecided_lanes(first)) << first;
     }
     undecided & u64::MAX >> (SIDE - width)
+}
+
+/// Writes the colours of some pixels of a row, given by their bits. Returns a mask of those that are
+/// undecided.
+fn put_some_of_row(line: &mut [u8], pixels: &PixelRow, mut wanted: u64) -> u64 {
+    let mut undecided = 0;
+    while wanted != 0 {
+        let first = wanted.trailing_zeros() as usize / LANES * LANES;
+        let bits = wanted >> first & 0xff;
+        wanted &= !(0xff << first);
+        let line = &mut line[first * BYTES_PER_PIXEL..];
+        if bits == 0xff {
+            put_eight(&mut line[..LANES * BYTES_PER_PIXEL], pixels.colours(first));
+        } else {
+            put_some(line, pixels.colours(first), bits as u32);
+        }
+        undecided |= (u64::from(pixels.undecided_lanes(first)) & bits) << first;
+    }
+    undecided
 }
 
 /// The bytes of some columns of a row.

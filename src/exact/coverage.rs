@@ -268,11 +268,6 @@ impl Coverage {
         self.rows_of(covering)[row / LANES - covering.first_octet()].outer[row % LANES]
     }
 
-    /// Whether a sphere may be visible in a pixel.
-    pub(super) fn may_cover(&self, covering: &Covering, column: usize, row: usize) -> bool {
-        covering.octets().contains(&(row / LANES)) && self.outer(covering, row) >> column & 1 == 1
-    }
-
     /// Whether a sphere may be visible in a contested pixel.
     pub(super) fn is_contested(&self, covering: &Covering) -> bool {
         let contested = &self.contested[covering.octets()];

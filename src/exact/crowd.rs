@@ -9,12 +9,13 @@ use std::ops::ControlFlow;
 use wide::f32x8;
 
 use super::{
-    bins::{Bins, Candidate, EightBoxes, EightRecords, Record},
+    bins::{Candidate, EightBoxes, EightRecords, Record},
     bits::set_bits,
-    coverage::Tile,
+    coverage::{Coverage, Tile},
     depths::{Depths, FloatDepths},
-    grid::{Grid, SIDE},
+    grid::SIDE,
     packet::{InDoubles, Meetings, PixelRow},
+    prepared::Prepared,
     tuning::Bounds,
 };
 use crate::spheres::LANES;
@@ -52,19 +53,17 @@ pub(super) struct UndecidedPixel {
 
 /// A tile, and the scene that it is a part of.
 pub(super) struct PreparedTile<'a> {
-    pub(super) grid: &'a Grid,
-    pub(super) bins: &'a Bins,
-    pub(super) bounds: Bounds,
+    pub(super) prepared: &'a Prepared<'a>,
     pub(super) tile: Tile,
 }
 
 impl PreparedTile<'_> {
     /// Appends the small spheres that may be nearer than `floor`, in file order.
     fn append_small(&self, floor: f32, records: &mut Vec<Record>) {
-        let side = self.bins.side();
+        let side = self.prepared.bins.side();
         let (column, row) = (self.tile.column / side, self.tile.row / side);
         let whole = self.tile.first == 0 && self.tile.last == side as usize;
-        for run in self.bins.records(column, row) {
+        for run in self.prepared.bins.records(column, row) {
             if whole && floor == f32::NEG_INFINITY {
                 records.extend_from_slice(run);
             } else {
@@ -121,12 +120,42 @@ impl Crowd {
         sorted: bool,
         pixels: &mut [PixelRow],
     ) -> u64 {
-        if crowded.bounds == Bounds::Ignored {
+        if crowded.prepared.bounds == Bounds::Ignored {
             self.meet_all::<false>(crowded, sorted, pixels);
         } else {
             self.meet_all::<true>(crowded, sorted, pixels);
         }
         self.hidden.met
+    }
+
+    /// Meets the spheres of a tile of few spheres in its contested pixels, which hold only the
+    /// background. Returns the number of packets.
+    pub(super) fn meet_contested(
+        &mut self,
+        tile: &PreparedTile<'_>,
+        coverage: &Coverage,
+        pixels: &mut [PixelRow],
+    ) -> u64 {
+        let spheres = coverage.order.iter().map(|&at| &coverage.spheres[at]);
+        let contested: Vec<_> = spheres
+            .filter(|sphere| coverage.is_contested(sphere))
+            .collect();
+        self.records.clear();
+        self.records
+            .extend(contested.iter().map(|sphere| sphere.record));
+        self.boxes.clear();
+        let mut met = 0;
+        for (records, spheres) in self.records.chunks(LANES).zip(contested.chunks(LANES)) {
+            let eight = EightRecords::of(records);
+            let depths = tile.depths(&eight);
+            let meetings = Meetings::new(&depths, &eight);
+            self.boxes.push(eight.boxes);
+            for (lane, sphere) in spheres.iter().enumerate() {
+                let wanted = coverage.contested_by(sphere);
+                met += tile.meet_masked(&meetings, lane, &records[lane], pixels, &wanted);
+            }
+        }
+        met
     }
 
     /// Whether copies leave so many pixels undecided that the spheres should be sorted.
@@ -260,7 +289,8 @@ impl PreparedTile<'_> {
     #[inline]
     pub(super) fn depths(&self, eight: &EightRecords) -> FloatDepths {
         let rectangles = self.tile.rectangles(eight);
-        Depths::new(self.grid, &rectangles, &eight.spheres).to_floats(self.bounds)
+        Depths::new(&self.prepared.grid, &rectangles, &eight.spheres)
+            .to_floats(self.prepared.bounds)
     }
 
     /// Meets a sphere in its whole box.
@@ -291,7 +321,7 @@ impl PreparedTile<'_> {
     ) -> u64 {
         if meetings.depths.known >> lane & 1 == 0 {
             self.meet_in_doubles(record, pixels, wanted)
-        } else if self.bounds == Bounds::Ignored {
+        } else if self.prepared.bounds == Bounds::Ignored {
             meetings.masked::<false>(lane, pixels, wanted)
         } else {
             meetings.masked::<true>(lane, pixels, wanted)
@@ -306,7 +336,8 @@ impl PreparedTile<'_> {
         wanted: &[u64; SIDE],
     ) -> u64 {
         let corner = (self.tile.column, self.tile.row);
-        InDoubles::new(self.grid, self.bounds, corner, record).meet(pixels, wanted)
+        InDoubles::new(&self.prepared.grid, self.prepared.bounds, corner, record)
+            .meet(pixels, wanted)
     }
 }
 
@@ -314,13 +345,17 @@ impl PreparedTile<'_> {
 /// are hidden in it. Returns the inverse depth behind which one of them hides everything.
 fn refine(crowded: &PreparedTile<'_>, large: &mut Vec<Record>) -> f32 {
     let mut floor = f32::NEG_INFINITY;
-    if crowded.bounds != Bounds::Proven {
+    if crowded.prepared.bounds != Bounds::Proven {
         return floor;
     }
     let tile = &crowded.tile;
     for chunk in large.chunks_mut(LANES) {
         let eight = EightRecords::of(chunk);
-        let depths = Depths::new(crowded.grid, &tile.rectangles(&eight), &eight.spheres);
+        let depths = Depths::new(
+            &crowded.prepared.grid,
+            &tile.rectangles(&eight),
+            &eight.spheres,
+        );
         let last = chunk.len() - 1;
         let uppers = std::array::from_fn(|lane| chunk[lane.min(last)].upper);
         let ranges = depths.ranges([0.0; LANES], uppers);

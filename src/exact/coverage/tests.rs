@@ -1,6 +1,6 @@
 //! The visible spheres of tiles of few spheres, against the decision of each pixel.
 
-use super::{Bounds, Coverage, LANES, Record, SIDE, Tile};
+use super::{Bounds, Coverage, Covering, LANES, Record, SIDE, Tile};
 use crate::{
     camera::{Camera, ImageSize},
     exact::{
@@ -14,6 +14,12 @@ use crate::{
 };
 
 /// Some spheres that are visible in the trial's tile, its own among them.
+/// Whether a sphere may be visible in a pixel.
+fn may_cover(coverage: &Coverage, covering: &Covering, column: usize, row: usize) -> bool {
+    let octets = covering.octets();
+    octets.contains(&(row / LANES)) && coverage.outer(covering, row) >> column & 1 == 1
+}
+
 fn records(trial: &Trial, grid: &Grid, random: &mut Random) -> Vec<Record> {
     let count = 1 + random.below(12);
     let mut records = Vec::new();
@@ -59,15 +65,15 @@ fn what_is_not_contested_is_what_is_seen() {
             let (x, y) = (column as usize, row as usize);
             let place = (tile.column + column, tile.row + row);
             let seen =
-                |candidates: &mut Vec<Candidate>| decide(&trial.camera, place, candidates, true).0;
-            let meant = seen(&mut records.iter().map(Record::candidate).collect());
-            let covers = |at: &&usize| coverage.may_cover(&coverage.spheres[**at], x, y);
+                |candidates: Vec<Candidate>| decide(&trial.camera, place, &candidates, true).0;
+            let meant = seen(records.iter().map(Record::candidate).collect());
+            let covers = |at: &&usize| may_cover(&coverage, &coverage.spheres[**at], x, y);
             let mut covering = coverage.order.iter().filter(covers);
             let record = |at: &usize| coverage.spheres[*at].record;
             if coverage.contested[y / 8][y % 8] >> x & 1 == 1 {
                 contested += 1;
                 let candidates = covering.map(|at| record(at).candidate());
-                if seen(&mut candidates.collect()) != meant {
+                if seen(candidates.collect()) != meant {
                     return Err(format!(
                         "the sphere seen at {place:?} of {records:?} is left out"
                     ));

@@ -41,9 +41,7 @@ fn met(spheres: impl Iterator<Item = [f32; 4]>, tiles: u32, first: usize, last: 
     let prepared = Prepared::new(&scene, camera, Tuning::default(), &Room::default());
     let column = tiles / 2 * SIDE as u32;
     let crowded = PreparedTile {
-        grid: &prepared.grid,
-        bins: &prepared.bins,
-        bounds: Bounds::Proven,
+        prepared: &prepared,
         tile: Tile {
             column,
             row: 0,
