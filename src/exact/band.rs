@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{
-    bins::{Candidate, Large, Record},
+    bins::{Candidate, Large, Record, are_apart},
     bits::{runs, set_bits},
     counts::Counts,
     coverage::{Coverage, Mask, OCTETS, Tile},
@@ -106,7 +106,7 @@ impl<'a> Band<'a> {
         let prepared = self.prepared;
         let large = prepared.bins.large.iter();
         let large: Vec<&Large> = large
-            .filter(|large| large.top <= to && large.bottom >= from)
+            .filter(|large| large.sides[2] <= to && large.sides[3] >= from)
             .collect();
         self.paint_background();
         if self.draw_rows(&large) {
@@ -196,7 +196,7 @@ impl<'a> Band<'a> {
             tile.row + tile.last as u32 - 1,
         );
         let sides = [tile.column, right, tile.row, bottom];
-        let touching = large.iter().filter(|large| !large.is_beside(sides));
+        let touching = large.iter().filter(|large| !are_apart(large.sides, sides));
         let records = &mut self.scratch.records;
         records.clear();
         records.extend(touching.map(|large| large.record(tile.column, tile.row, side)));
@@ -266,10 +266,10 @@ impl<'a> Band<'a> {
         for &at in &coverage.order {
             let covering = &coverage.spheres[at];
             let pattern = Pattern::new(covering.record.colour);
-            let top = usize::from(covering.record.top).max(tile.first);
-            let bottom = usize::from(covering.record.bottom).min(tile.last - 1);
+            let rows = covering.record.rows();
+            let rows = rows.start.max(tile.first)..rows.end.min(tile.last);
             if !covering.in_runs {
-                for row in top..bottom + 1 {
+                for row in rows {
                     let line =
                         &mut self.bytes[(row - tile.first) * self.row_bytes..][..self.row_bytes];
                     for columns in runs(coverage.outer(covering, row)) {
@@ -278,9 +278,9 @@ impl<'a> Band<'a> {
                 }
                 continue;
             }
-            let ends = coverage.ends_of(covering, top..bottom + 1);
-            let lines =
-                self.bytes[(top - tile.first) * self.row_bytes..].chunks_exact_mut(self.row_bytes);
+            let ends = coverage.ends_of(covering, rows.clone());
+            let lines = self.bytes[(rows.start - tile.first) * self.row_bytes..]
+                .chunks_exact_mut(self.row_bytes);
             for (&[start, end], line) in ends.iter().zip(lines) {
                 if start < end {
                     pattern.paint(line, first + usize::from(start), first + usize::from(end));

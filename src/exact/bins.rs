@@ -6,7 +6,7 @@
 //! of tiles is *large*: it has one record for the whole picture, and the large ones are sorted
 //! nearest first.
 
-use std::cmp::Ordering;
+use std::{cmp::Ordering, ops::Range};
 
 use bytemuck::{Pod, Zeroable};
 use memmap2::MmapMut;
@@ -44,11 +44,8 @@ pub(super) struct Record {
     pub(super) index: u32,
     pub(super) colour: Rgb,
     pub(super) unused: u8,
-    /// First and last column and row within the tile.
-    pub(super) left: u8,
-    pub(super) right: u8,
-    pub(super) top: u8,
-    pub(super) bottom: u8,
+    /// First and last column, first and last row within the tile.
+    pub(super) sides: [u8; 4],
 }
 
 /// Eight records, by components.
@@ -71,11 +68,8 @@ pub(super) struct Large {
     pub(super) upper: f32,
     pub(super) index: u32,
     pub(super) colour: Rgb,
-    /// First and last column and row within the picture.
-    pub(super) left: u32,
-    pub(super) right: u32,
-    pub(super) top: u32,
-    pub(super) bottom: u32,
+    /// First and last column, first and last row within the picture.
+    pub(super) sides: [u32; 4],
 }
 
 /// In a scene of at most this many spheres all are large, so that whole rows may be painted.
@@ -307,7 +301,7 @@ impl Run {
     fn fill(
         &mut self,
         spheres: &Spheres,
-        range: std::ops::Range<usize>,
+        range: Range<usize>,
         grid: &Grid,
         tiles: Tiles,
         all_large: bool,
@@ -337,10 +331,7 @@ impl Run {
                     upper: boxes.upper[lane],
                     index: index as u32,
                     colour: spheres.colour()[index],
-                    left: boxes.left[lane],
-                    right: boxes.right[lane],
-                    top: boxes.top[lane],
-                    bottom: boxes.bottom[lane],
+                    sides: boxes.sides.map(|side| side[lane]),
                 });
             }
         }
@@ -390,7 +381,10 @@ impl Run {
             for lane in set_bits(u64::from(placed.across | placed.down)) {
                 for part in placed.other_parts(lane, tiles) {
                     let start = &mut starts[part.tile];
-                    records[*start as usize] = eight[lane].with_sides(part.sides.to_le_bytes());
+                    records[*start as usize] = Record {
+                        sides: part.sides.to_le_bytes(),
+                        ..eight[lane]
+                    };
                     *start += part.count;
                 }
             }
@@ -475,7 +469,7 @@ impl Tiles {
     /// The tiles of eight spheres.
     #[inline]
     fn of_eight(self, boxes: &Boxes) -> Placed {
-        let sides = [boxes.left, boxes.right, boxes.top, boxes.bottom].map(u32x8::new);
+        let sides = boxes.sides.map(u32x8::new);
         let [left, right, top, bottom] = sides.map(|side| side >> self.shift);
         let (across, down) = (right - left, bottom - top);
         let equal = |steps: u32x8, count: u32| steps.simd_eq(u32x8::splat(count)).to_bitmask();
@@ -563,26 +557,26 @@ impl EightBoxes {
 }
 
 impl Record {
-    /// The same sphere with another box: first and last column and row.
+    /// The columns of its box.
     #[inline]
-    pub(super) fn with_sides(self, [left, right, top, bottom]: [u8; 4]) -> Self {
-        Self {
-            left,
-            right,
-            top,
-            bottom,
-            ..self
-        }
+    pub(super) fn columns(&self) -> Range<usize> {
+        usize::from(self.sides[0])..usize::from(self.sides[1]) + 1
+    }
+
+    /// The rows of its box.
+    #[inline]
+    pub(super) fn rows(&self) -> Range<usize> {
+        usize::from(self.sides[2])..usize::from(self.sides[3]) + 1
     }
 
     /// The number of pixels in its box.
     pub(super) fn area(&self) -> usize {
-        (usize::from(self.right - self.left) + 1) * (usize::from(self.bottom - self.top) + 1)
+        self.columns().len() * self.rows().len()
     }
 
     /// Whether its box is neither wider nor higher than a packet is wide.
     pub(super) fn is_narrow(&self) -> bool {
-        usize::from(self.right - self.left) < LANES && usize::from(self.bottom - self.top) < LANES
+        self.columns().len() <= LANES && self.rows().len() <= LANES
     }
 
     /// The index of the sphere.
@@ -601,8 +595,8 @@ impl Record {
     }
 }
 
-/// Whether two boxes, each as first and last column and row, have no pixel in common.
-fn are_apart<T: PartialOrd>(a: [T; 4], b: [T; 4]) -> bool {
+/// Whether two boxes, each as first and last column, first and last row, have no pixel in common.
+pub(super) fn are_apart<T: PartialOrd>(a: [T; 4], b: [T; 4]) -> bool {
     let ([left, right, top, bottom], other) = (a, b);
     left > other[1] || other[0] > right || top > other[3] || other[2] > bottom
 }
@@ -615,35 +609,23 @@ fn cmp_spheres(a: &[f32; 4], b: &[f32; 4]) -> Ordering {
 }
 
 impl Large {
-    /// Whether the boxes have no pixel in common.
-    pub(super) fn is_apart(&self, other: &Self) -> bool {
-        self.is_beside(other.sides())
-    }
-
-    /// Whether its box has no pixel in common with another one, given as first and last column
-    /// and row in the picture.
-    pub(super) fn is_beside(&self, sides: [u32; 4]) -> bool {
-        are_apart(self.sides(), sides)
-    }
-
-    fn sides(&self) -> [u32; 4] {
-        [self.left, self.right, self.top, self.bottom]
-    }
-
     /// The part of it that is in the tile at `(x, y)`.
     #[inline]
     pub(super) fn record(&self, x: u32, y: u32, side: u32) -> Record {
         let within = |at: u32, origin: u32| at.saturating_sub(origin).min(side - 1) as u8;
+        let [left, right, top, bottom] = self.sides;
         Record {
             sphere: self.sphere,
             upper: self.upper,
             index: self.index,
             colour: self.colour,
-            left: within(self.left, x),
-            right: within(self.right, x),
-            top: within(self.top, y),
-            bottom: within(self.bottom, y),
             unused: 0,
+            sides: [
+                within(left, x),
+                within(right, x),
+                within(top, y),
+                within(bottom, y),
+            ],
         }
     }
 }

@@ -22,11 +22,8 @@ mod tests;
 pub(super) struct Boxes {
     /// A mask of the lanes that may be visible in the picture.
     pub(super) visible: u32,
-    /// First and last column and row, within the picture.
-    pub(super) left: [u32; LANES],
-    pub(super) right: [u32; LANES],
-    pub(super) top: [u32; LANES],
-    pub(super) bottom: [u32; LANES],
+    /// First and last column, first and last row, within the picture.
+    pub(super) sides: [[u32; LANES]; 4],
     /// The upper bound of the inverse depth of every hit.
     pub(super) upper: [f32; LANES],
 }
@@ -107,10 +104,12 @@ macro_rules! boxes_before {
             };
             let boxes = Self {
                 visible: (before & met).to_bitmask(),
-                left: clamped(left, last_column),
-                right: clamped(right, last_column),
-                top: clamped(top, last_row),
-                bottom: clamped(bottom, last_row),
+                sides: [
+                    clamped(left, last_column),
+                    clamped(right, last_column),
+                    clamped(top, last_row),
+                    clamped(bottom, last_row),
+                ],
                 upper: $above(far * inverse * constant(grid.scale)),
             };
             (boxes, (before | behind).to_bitmask())
@@ -162,10 +161,9 @@ impl Boxes {
     fn replace(&mut self, others: &Self, lanes: u32) {
         self.visible = self.visible & !lanes | others.visible & lanes;
         for lane in set_bits(u64::from(lanes)) {
-            self.left[lane] = others.left[lane];
-            self.right[lane] = others.right[lane];
-            self.top[lane] = others.top[lane];
-            self.bottom[lane] = others.bottom[lane];
+            for (side, other) in self.sides.iter_mut().zip(&others.sides) {
+                side[lane] = other[lane];
+            }
             self.upper[lane] = others.upper[lane];
         }
     }
@@ -189,8 +187,9 @@ impl Boxes {
         let rows = ends_beside(sphere, -y, grid.y_axis.scale, size.height());
         if let (Some((left, right)), Some((top, bottom))) = (columns, rows) {
             self.visible |= 1 << lane;
-            (self.left[lane], self.right[lane]) = (left, right);
-            (self.top[lane], self.bottom[lane]) = (top, bottom);
+            for (side, end) in self.sides.iter_mut().zip([left, right, top, bottom]) {
+                side[lane] = end;
+            }
             self.upper[lane] = upper_beside(grid, sphere);
         }
     }

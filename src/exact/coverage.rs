@@ -15,7 +15,7 @@ use super::{
     depths::{Depths, Rectangles, SphereDepths},
     grid::{Grid, SIDE},
     outline::{EightRows, Outline, Placement},
-    radical::{self, Nearer, NearerColumns, Region},
+    radical::{self, Nearer, NearerColumns, common_sides},
     tuning::Bounds,
 };
 use crate::spheres::LANES;
@@ -44,15 +44,11 @@ pub(super) struct Covering {
 
 impl Covering {
     pub(super) fn first_octet(&self) -> usize {
-        usize::from(self.record.top) / LANES
-    }
-
-    fn last_octet(&self) -> usize {
-        usize::from(self.record.bottom) / LANES
+        self.record.rows().start / LANES
     }
 
     fn octets(&self) -> Range<usize> {
-        self.first_octet()..self.last_octet() + 1
+        self.first_octet()..self.record.rows().end.div_ceil(LANES)
     }
 }
 
@@ -77,15 +73,16 @@ impl Tile {
 
     /// Whether a record has no pixel in the part of the tile that is drawn now.
     pub(super) fn is_beside(&self, record: &Record) -> bool {
-        usize::from(record.bottom) < self.first || usize::from(record.top) >= self.last
+        record.rows().end <= self.first || record.rows().start >= self.last
     }
 
     /// Whether a box is the whole part of the tile that is drawn now.
     pub(super) fn is_all_of(&self, record: &Record) -> bool {
-        record.left == 0
-            && usize::from(record.right) + 1 >= self.width
-            && usize::from(record.top) <= self.first
-            && usize::from(record.bottom) + 1 >= self.last
+        let (columns, rows) = (record.columns(), record.rows());
+        columns.start == 0
+            && columns.end >= self.width
+            && rows.start <= self.first
+            && rows.end >= self.last
     }
 
     /// Rectangles around the packets of up to eight records. They have at least one more row, so
@@ -374,7 +371,7 @@ impl Coverage {
         if far.upper < near.lower {
             return Nearer::First;
         }
-        let Some(region) = Region::of(&near.record, &far.record) else {
+        let Some(region) = common_sides(&near.record, &far.record) else {
             return Nearer::First;
         };
         match (self.depths.get(first), self.depths.get(second)) {

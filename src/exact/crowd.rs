@@ -452,9 +452,7 @@ fn nearest_first(records: &mut Vec<Record>, sorted: &mut Vec<Record>, keys: &mut
 /// The blocks of a sphere's box.
 #[inline]
 fn blocks_of(record: &Record) -> u64 {
-    let side = LANES as u8;
-    let (left, right) = (record.left / side, record.right / side);
-    let (top, bottom) = (record.top / side, record.bottom / side);
+    let [left, right, top, bottom] = record.sides.map(|side| side / LANES as u8);
     // Rows are bytes of ones; columns are the same bits in each byte.
     let rows = (u64::MAX << (8 * top)) & (u64::MAX >> (56 - 8 * bottom));
     let columns = (0xff_u64 << left) & (0xff >> (7 - right));

@@ -250,7 +250,7 @@ impl Outline {
                 // The covered set is convex: if it has the first and the last rows, it has the
                 // whole tile.
                 let (first, last) = (octets.start, octets.end - 1);
-                if first + 1 < last && record.left == 0 && usize::from(record.right) + 1 == width {
+                if first + 1 < last && record.columns() == (0..width) {
                     let (above, below) = (cut(first), cut(last));
                     let all = EightRows::all(width);
                     if above.inner == all.inner && below.inner == all.inner {
@@ -485,15 +485,15 @@ impl EightRows {
 
     /// The part of eight rows from `first` on that is in a box, all of it undecided.
     fn of_box(record: &Record, first: usize) -> Self {
-        let columns = below(i32::from(record.right) + 1) & !below(i32::from(record.left));
-        let rows = usize::from(record.top)..=usize::from(record.bottom);
+        let (columns, rows) = (record.columns(), record.rows());
+        let mask = below(columns.end as i32) & !below(columns.start as i32);
         let in_box = |lane: usize| rows.contains(&(first + lane));
         Self {
             inner: [0; LANES],
-            outer: std::array::from_fn(|lane| if in_box(lane) { columns } else { 0 }),
+            outer: std::array::from_fn(|lane| if in_box(lane) { mask } else { 0 }),
             ends: std::array::from_fn(|lane| {
                 if in_box(lane) {
-                    [record.left, record.right + 1]
+                    [columns.start as u8, columns.end as u8]
                 } else {
                     [0, 0]
                 }

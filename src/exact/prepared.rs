@@ -58,7 +58,8 @@ pub fn may_show(
         let [x, y, z] = sphere.centre;
         let spheres = EightSpheres::of([[x, y, z, sphere.radius]].into_iter());
         let boxes = Boxes::new(&grid, &spheres);
-        boxes.visible & 1 == 1 && boxes.top[0] < rows.end && boxes.bottom[0] >= rows.start
+        let [_, _, top, bottom] = boxes.sides.map(|side| side[0]);
+        boxes.visible & 1 == 1 && top < rows.end && bottom >= rows.start
     }
 }
 

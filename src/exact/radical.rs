@@ -38,26 +38,18 @@ use crate::spheres::LANES;
 #[cfg(test)]
 mod tests;
 
-/// Some pixels of a tile: first and last columns and rows.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Region {
-    pub(super) left: usize,
-    pub(super) right: usize,
-    pub(super) top: usize,
-    pub(super) bottom: usize,
-}
-
-impl Region {
-    /// The pixels that the boxes of two records have in common.
-    pub(super) fn of(a: &Record, b: &Record) -> Option<Self> {
-        let region = Self {
-            left: a.left.max(b.left).into(),
-            right: a.right.min(b.right).into(),
-            top: a.top.max(b.top).into(),
-            bottom: a.bottom.min(b.bottom).into(),
-        };
-        (region.left <= region.right && region.top <= region.bottom).then_some(region)
-    }
+/// The pixels that the boxes of two records have in common: first and last column, first and last
+/// row.
+pub(super) fn common_sides(a: &Record, b: &Record) -> Option<[usize; 4]> {
+    let ([left, right, top, bottom], other) = (a.sides, b.sides);
+    let sides = [
+        left.max(other[0]),
+        right.min(other[1]),
+        top.max(other[2]),
+        bottom.min(other[3]),
+    ];
+    let [left, right, top, bottom] = sides;
+    (left <= right && top <= bottom).then(|| sides.map(usize::from))
 }
 
 /// Which of two spheres is nearer in the pixels of a region in which both are hit.
@@ -74,7 +66,7 @@ pub(super) enum Nearer {
 pub(super) struct Seam {
     /// Whether the first sphere is nearer where `d - l |l| > 0`.
     above_is_first: bool,
-    region: Region,
+    region: [usize; 4],
     d: [f32; 6],
     l: [f32; 3],
     /// The column and the row of the tile in which `p = q = 0`.
@@ -105,7 +97,7 @@ impl Default for NearerColumns {
 pub(super) fn compare(
     grid: &Grid,
     bounds: Bounds,
-    region: Region,
+    region: [usize; 4],
     first: &SphereDepths,
     second: &SphereDepths,
 ) -> Nearer {
@@ -338,7 +330,7 @@ impl<'a> Side<'a> {
     }
 
     /// Which sphere is nearer in a region; where `d - l |l| > 0` it is the first or the second.
-    fn nearer(&self, region: Region, above_is_first: bool) -> Nearer {
+    fn nearer(&self, region: [usize; 4], above_is_first: bool) -> Nearer {
         let Self {
             depths,
             l,
@@ -354,8 +346,9 @@ impl<'a> Side<'a> {
             let (from, to) = (from as f64 - origin, to as f64 - origin);
             [0.5 * (from + to), 0.5 * (to - from)]
         };
-        let [p, across] = half(region.left, region.right, depths.column);
-        let [q, down] = half(region.top, region.bottom, depths.row);
+        let [left, right, top, bottom] = region;
+        let [p, across] = half(left, right, depths.column);
+        let [q, down] = half(top, bottom, depths.row);
         let middle = l[0] + l[1] * p + l[2] * q;
         let span = (l[1] * across).abs() + (l[2] * down).abs() + 2.0 * l_bound;
         let (lower, upper) = (middle - span, middle + span);
@@ -387,12 +380,7 @@ impl Seam {
     /// other rows of its groups of eight.
     #[inline]
     pub(super) fn columns(&self, nearer: &mut NearerColumns) {
-        let Region {
-            left,
-            right,
-            top,
-            bottom,
-        } = self.region;
+        let [left, right, top, bottom] = self.region;
         let octets = top / LANES * LANES..(bottom / LANES + 1) * LANES;
         nearer.first[octets.clone()].fill(0);
         nearer.second[octets].fill(0);

@@ -7,7 +7,7 @@
 use wide::f64x8;
 
 use super::{
-    bins::{FEW_SPHERES, Large},
+    bins::{FEW_SPHERES, Large, are_apart},
     grid::{EightSpheres, Grid, SIDE},
     outline::{Outline, Placement},
     paint::Pattern,
@@ -53,7 +53,7 @@ pub(super) fn undisputed(grid: &Grid, rows: BandRows, large: &[&Large]) -> Optio
         near.has_spans()
             && large[at + 1..]
                 .iter()
-                .all(|far| near.lower > far.upper || far.is_apart(large[at]))
+                .all(|far| near.lower > far.upper || are_apart(far.sides, large[at].sides))
     };
     let clear = outlines.iter().enumerate().all(before_all_behind);
     clear.then_some(outlines)
@@ -76,8 +76,9 @@ pub(super) fn paint(
     } = rows;
     let width = row_bytes / BYTES_PER_PIXEL;
     let pattern = Pattern::new(large.colour);
-    let top = (large.top.saturating_sub(origin) as usize).max(first);
-    let bottom = ((large.bottom - origin) as usize).min(last - 1);
+    let [_, _, top, bottom] = large.sides;
+    let top = (top.saturating_sub(origin) as usize).max(first);
+    let bottom = ((bottom - origin) as usize).min(last - 1);
     for octet in top / LANES..bottom / LANES + 1 {
         let [inner, outer] = outline.spans(octet * LANES, width);
         for lane in 0..LANES {

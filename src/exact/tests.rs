@@ -1048,12 +1048,13 @@ fn a_large_sphere_is_tested_in_the_tiles_that_its_box_meets() {
             panic!("not one large sphere at step {step}");
         };
         let tiles = |first: u32, last: u32| u64::from(last / tuning.tile - first / tuning.tile + 1);
-        let tiles = tiles(large.left, large.right) * tiles(large.top, large.bottom);
+        let [left, right, top, bottom] = large.sides;
+        let tiles = tiles(left, right) * tiles(top, bottom);
         let renderer = tuned(&scene, size, tuning.tile, tuning.bounds);
         let counts = renderer.draw(0..320, &mut vec![0; size.pixel_bytes()]);
         assert_eq!(counts.sphere_tests, tiles, "{large:?}");
         // In whole rows, in the rows of tiles that its box meets.
-        let bands = u64::from(large.bottom / tuning.tile - large.top / tuning.tile + 1);
+        let bands = u64::from(bottom / tuning.tile - top / tuning.tile + 1);
         let renderer = tuned(&scene, size, tuning.tile, Bounds::Proven);
         let counts = renderer.draw(0..320, &mut vec![0; size.pixel_bytes()]);
         assert_eq!(counts.sphere_tests, bands, "{large:?}");

@@ -288,15 +288,13 @@ impl Trial {
         if boxes.visible & 1 == 0 {
             return None;
         }
-        let (left, right) = within(boxes.left[0], boxes.right[0], tile.column, size.width())?;
-        let (top, bottom) = within(boxes.top[0], boxes.bottom[0], tile.row, size.height())?;
+        let [left, right, top, bottom] = boxes.sides.map(|side| side[0]);
+        let (left, right) = within(left, right, tile.column, size.width())?;
+        let (top, bottom) = within(top, bottom, tile.row, size.height())?;
         Some(Record {
             sphere: self.lengths(),
             upper: boxes.upper[0],
-            left,
-            right,
-            top,
-            bottom,
+            sides: [left, right, top, bottom],
             ..Record::default()
         })
     }

@@ -65,16 +65,16 @@ fn tiles_hold_the_spheres_whose_boxes_meet_them() {
                 .zip(&boxes)
                 .filter(|(_, boxes)| boxes.visible & 1 == 1)
                 .filter_map(|(index, boxes)| {
-                    let all = [boxes.left, boxes.right, boxes.top, boxes.bottom];
+                    let all = boxes.sides;
                     Some((index, part(all.map(|side| side[0]))?))
                 })
                 .collect();
             let small = bins.records(column, row).flatten().map(|record| {
-                let sides = [record.left, record.right, record.top, record.bottom];
+                let sides = record.sides;
                 (record.index, sides.map(u32::from))
             });
             let large = bins.large.iter().filter_map(|large| {
-                let sides = part([large.left, large.right, large.top, large.bottom])?;
+                let sides = part(large.sides)?;
                 Some((large.index, sides))
             });
             let mut found: Vec<_> = small.chain(large).collect();
@@ -133,10 +133,12 @@ fn records_of_eight_lanes_are_those_of_one_sphere_each() {
                 upper: 0.1 + lane as f32,
                 index,
                 colour,
-                left,
-                right: right + tiles.side() * (placed.across >> lane & 1),
-                top,
-                bottom: bottom + tiles.side() * (placed.down >> lane & 1),
+                sides: [
+                    left,
+                    right + tiles.side() * (placed.across >> lane & 1),
+                    top,
+                    bottom + tiles.side() * (placed.down >> lane & 1),
+                ],
             };
             let alone = alone.record(0, 0, tiles.side());
             assert_eq!(
@@ -157,10 +159,7 @@ fn record(at: u8) -> Record {
     Record {
         sphere: [centre[0], centre[1], centre[2], radius],
         colour,
-        left: at,
-        right: 2 * at + 3,
-        top: 3 * at + 1,
-        bottom: 3 * at + 1 + 4 * (at % 3),
+        sides: [at, 2 * at + 3, 3 * at + 1, 3 * at + 1 + 4 * (at % 3)],
         ..Record::default()
     }
 }
@@ -182,13 +181,13 @@ fn eight_records_are_lanes_of_what_each_of_them_is() {
                 "{lane} of {count}"
             );
             assert_eq!(bytes_of(colours[lane]), record.colour, "{lane} of {count}");
-            let its = [record.left, record.right, record.top, record.bottom];
+            let its = record.sides;
             assert_eq!(boxes.sides(lane), its.map(usize::from));
             let sides = sides.map(|lanes| lanes.to_array()[lane]);
             assert_eq!(sides, its.map(u32::from), "{lane} of {count}");
             for (column, row) in (0..64).flat_map(|column| (0..64).map(move |row| (column, row))) {
-                let across = (record.left..=record.right).contains(&column);
-                let down = (record.top..=record.bottom).contains(&row);
+                let across = record.columns().contains(&usize::from(column));
+                let down = record.rows().contains(&usize::from(row));
                 let holds = boxes.holding(column, row) >> lane & 1 == 1;
                 assert_eq!(holds, across && down, "({column}, {row}), {record:?}");
             }
@@ -203,7 +202,10 @@ fn packets_hold_the_box_and_begin_at_multiples_of_eight_columns() {
     let side = SIDE as u8;
     let boxes = (0..side).flat_map(|left| (left..side).map(move |right| [left, right, 3, 61]));
     for sides in boxes {
-        let record = Record::default().with_sides(sides);
+        let record = Record {
+            sides,
+            ..Record::default()
+        };
         let [left, right, top, bottom] = sides.map(usize::from);
         let [first, last, highest, lowest] = EightRecords::of(&[record]).boxes.packets().sides(0);
         assert_eq!([highest, lowest], [top, bottom]);

@@ -53,8 +53,7 @@ fn leave_nothing_out(trials: u64, boxes_of: BoxesOf, sharp_below: f64) -> [u64; 
             return Ok(());
         };
         let size = trial.camera.size();
-        let [left, right, top, bottom] =
-            [boxes.left, boxes.right, boxes.top, boxes.bottom].map(|side| side[0]);
+        let [left, right, top, bottom] = boxes.sides.map(|side| side[0]);
         let (last_column, last_row) = (size.width() - 1, size.height() - 1);
         if boxes.visible & 1 == 0 {
             invisible += 1;
@@ -345,8 +344,8 @@ fn holds_columns_that_touch(number: u64, boxes_of: BoxesOf, bits: u32) -> bool {
     let Some(boxes) = boxes_of(&Grid::new(camera), &trial) else {
         return false;
     };
-    let columns = boxes.left[0]..=boxes.right[0];
-    let rows = boxes.top[0]..=boxes.bottom[0];
+    let [left, right, top, bottom] = boxes.sides.map(|side| side[0]);
+    let (columns, rows) = (left..=right, top..=bottom);
     assert!(
         boxes.visible & 1 == 1 && columns.contains(&column) && rows.contains(&row),
         "trial {number}: {columns:?} {rows:?}; {}",

@@ -132,20 +132,14 @@ fn boxes_of_unknown_outlines_are_covered_where_they_are_hit() {
         let [covering] = &coverage.spheres[..] else {
             return Err("not one sphere".into());
         };
-        let row = usize::from(record.top);
+        let row = record.rows().start;
         let inner = coverage.rows_of(covering)[0].inner[row % LANES];
         if inner != coverage.outer(covering, row) {
             contested += 1;
             return Ok(());
         }
         covered += 1;
-        let Record {
-            left,
-            right,
-            top,
-            bottom,
-            ..
-        } = record;
+        let [left, right, top, bottom] = record.sides;
         for (column, row) in [(left, top), (right, top), (left, bottom), (right, bottom)] {
             let (x, y) = tile.pixel(usize::from(column), usize::from(row));
             let truth = trial.truth_at(f64::from(x), f64::from(y));
@@ -167,7 +161,7 @@ fn boxes_of_unknown_outlines_are_covered_where_they_are_hit() {
 /// A sphere is met in its contested pixels and in no others, and not at all if it has none.
 fn contested_pixels_are_those_of_their_spheres(coverage: &Coverage) -> Result<(), String> {
     for covering in &coverage.spheres {
-        let [top, bottom] = [covering.record.top, covering.record.bottom].map(usize::from);
+        let [_, _, top, bottom] = covering.record.sides.map(usize::from);
         if covering.octets() != (top / LANES..bottom / LANES + 1) {
             return Err(format!("{:?} of {covering:?}", covering.octets()));
         }
@@ -207,10 +201,7 @@ fn rectangles_hold_the_packets_of_their_boxes_and_no_more() {
     for first in 0..SIDE as u8 {
         for last in first..SIDE as u8 {
             let record = Record {
-                left: first,
-                right: last,
-                top: first,
-                bottom: last,
+                sides: [first, last, first, last],
                 ..Record::default()
             };
             let eight = EightRecords::of(&[record]);

@@ -128,8 +128,7 @@ fn copies_are_suspected() {
 /// A box of so many columns and rows, beginning at the corner.
 fn of_sides(columns: u8, rows: u8) -> Record {
     Record {
-        right: columns - 1,
-        bottom: rows - 1,
+        sides: [0, columns - 1, 0, rows - 1],
         ..Record::default()
     }
 }
@@ -200,7 +199,10 @@ fn the_blocks_of_a_box_are_those_that_have_a_pixel_of_it() {
     for first in 0..SIDE as u8 {
         for last in first..SIDE as u8 {
             for (left, right, top, bottom) in [(first, last, 0, 7), (9, 30, first, last)] {
-                let record = Record::default().with_sides([left, right, top, bottom]);
+                let record = Record {
+                    sides: [left, right, top, bottom],
+                    ..Record::default()
+                };
                 let side = LANES as u8;
                 let (columns, rows) = (left / side..=right / side, top / side..=bottom / side);
                 let mut blocks = 0;

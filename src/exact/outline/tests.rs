@@ -105,13 +105,13 @@ fn masks_hold_what_is_hit_and_no_more() {
             Shape::Box => return Err("a box".into()),
             Shape::Unknown => {}
         }
-        let octets = usize::from(record.top) / LANES..usize::from(record.bottom) / LANES + 1;
+        let [_, _, top, bottom] = record.sides.map(usize::from);
+        let octets = top / LANES..bottom / LANES + 1;
         let mut rows = Vec::new();
         outline.rows(octets.clone(), tile.width, &record, &mut rows);
         if rows.len() != octets.len() {
             return Err(format!("{} octets of {octets:?}", rows.len()));
         }
-        let (top, bottom) = (usize::from(record.top), usize::from(record.bottom));
         let any = top + random.below((bottom - top) as u64 + 1) as usize;
         let own = (trial.row - tile.row) as usize;
         for row in [top, bottom, any, own.clamp(top, bottom)] {

@@ -88,7 +88,7 @@ fn packet_of(trial: &Trial, random: &mut Random) -> (usize, Record, (u32, u32)) 
     let lane = (random.below(8) as u32).min(trial.column);
     let record = Record {
         sphere: trial.lengths(),
-        right: lane as u8,
+        sides: [0, lane as u8, 0, 0],
         colour: COLOUR,
         ..Record::default()
     };
@@ -305,7 +305,10 @@ fn packets_are_counted() {
     let around = rectangles(&trial, &mut Random::new(0));
     let depths = Depths::new(&grid, &around, &trial.eight()).to_floats(Bounds::Proven);
     let met = |[left, right, top, bottom]: [u8; 4], wanted: &[u64; SIDE]| {
-        let record = Record::default().with_sides([left, right, top, bottom]);
+        let record = Record {
+            sides: [left, right, top, bottom],
+            ..Record::default()
+        };
         let meetings = Meetings::new(&depths, &EightRecords::of(&[record]));
         let mut rows = vec![PixelRow::new(BACKGROUND); SIDE];
         let in_doubles = InDoubles::new(&grid, Bounds::Proven, (0, 0), &record);

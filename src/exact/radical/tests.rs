@@ -2,8 +2,8 @@
 
 use super::{
     Bounds, CANCELLATION_LIMIT, GREATEST_SIDE, Grid, LANES, Nearer, NearerColumns, PLANE_ROUNDINGS,
-    PLANE_SIDE_BOUND, PLANE_TERMS_BOUND, POWERS_CANCELLATION_LIMIT, PowerBetween, Region, SIDE,
-    SIDE_BOUND, UNDERFLOW_BOUND, compare,
+    PLANE_SIDE_BOUND, PLANE_TERMS_BOUND, POWERS_CANCELLATION_LIMIT, PowerBetween, SIDE, SIDE_BOUND,
+    UNDERFLOW_BOUND, common_sides, compare,
 };
 use crate::{
     camera::{Camera, ImageSize},
@@ -49,7 +49,7 @@ fn depths(trial: &Trial, grid: &Grid, record: &Record) -> SphereDepths {
 /// Two spheres whose boxes in the trial's tile have pixels in common.
 struct Meeting {
     grid: Grid,
-    region: Region,
+    region: [usize; 4],
     records: [Record; 2],
     depths: [SphereDepths; 2],
     nearer: Nearer,
@@ -60,7 +60,7 @@ impl Meeting {
         let mut grid = Grid::new(trial.camera);
         let records = pair(trial, &grid, random)?;
         grid.scale = scale(records[0].upper, random);
-        let region = Region::of(&records[0], &records[1])?;
+        let region = common_sides(&records[0], &records[1])?;
         let depths = records.map(|record| depths(trial, &grid, &record));
         let nearer = compare(&grid, Bounds::Proven, region, &depths[0], &depths[1]);
         Some(Self {
@@ -99,8 +99,9 @@ fn the_nearer_sphere_is_the_one_that_is_seen() {
             Nearer::Unknown => return Ok(()),
         }
         let tile = trial.tile();
-        let row = ((trial.row - tile.row) as usize).clamp(region.top, region.bottom);
-        for column in region.left..region.right + 1 {
+        let [left, right, top, bottom] = region;
+        let row = ((trial.row - tile.row) as usize).clamp(top, bottom);
+        for column in left..right + 1 {
             let place = tile.pixel(column, row);
             let seen = |records: &[Record]| {
                 let candidates: Vec<_> = records.iter().map(Record::candidate).collect();
@@ -313,12 +314,7 @@ fn bounds_of_sides_have_all_terms() {
 }
 
 /// All pixels of a tile.
-const ALL: Region = Region {
-    left: 0,
-    right: SIDE - 1,
-    top: 0,
-    bottom: SIDE - 1,
-};
+const ALL: [usize; 4] = [0, SIDE - 1, 0, SIDE - 1];
 
 /// Two spheres in a tile that is all of the picture.
 fn two(centres: [[f32; 3]; 2], radii: [f32; 2]) -> (Grid, [SphereDepths; 2]) {
@@ -360,11 +356,7 @@ fn which_of_two_walls_is_nearer_is_known_in_whole_regions() {
     let all_of = |of: &[u64; SIDE], bits: u64| of.iter().all(|row| row & bits == bits);
     let mut constant = [0, 0];
     for left in (LANES..SIDE - LANES).step_by(LANES) {
-        let region = Region {
-            left,
-            right: left + LANES - 1,
-            ..ALL
-        };
+        let region = [left, left + LANES - 1, 0, SIDE - 1];
         let nearer = compare(&grid, Bounds::Proven, region, &one, &other);
         // With eight columns on either side.
         let around = 0xff_ffff << (left - LANES);
@@ -419,12 +411,7 @@ fn which_of_two_is_nearer_is_known_beside_the_plane() {
     for first in 0..SIDE {
         for last in first..SIDE {
             let (top, bottom) = (SIDE - 1 - last, SIDE - 1 - first);
-            let region = Region {
-                left: first,
-                right: last,
-                top,
-                bottom,
-            };
+            let region = [first, last, top, bottom];
             match compare(&grid, Bounds::Proven, region, &left_one, &right_one) {
                 Nearer::First => assert!(last <= before, "{region:?}"),
                 Nearer::Second => assert!(first >= after, "{region:?}"),
