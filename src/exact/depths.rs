@@ -36,6 +36,7 @@ use crate::spheres::LANES;
 mod tests;
 
 /// Eight rectangles of pixels.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Rectangles {
     /// The pixels of `p = q = 0`; they may lie outside the picture.
     pub(super) columns: f64x8,
@@ -48,40 +49,28 @@ pub(super) struct Rectangles {
 /// `d` and `b` of eight spheres in doubles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Depths {
-    across: f64x8,
-    down: f64x8,
-    d00: f64x8,
-    d10: f64x8,
-    d01: f64x8,
-    d20: f64x8,
-    d11: f64x8,
-    d02: f64x8,
-    b00: f64x8,
-    b10: f64x8,
-    b01: f64x8,
+    around: Rectangles,
+    /// `X` and `Y` where `p = q = 0`.
+    middle: [f64x8; 2],
+    /// `d00`, `d10`, `d01`, `d20`, `d11`, `d02`, and `b00`, `b10`, `b01`.
+    d: [f64x8; 6],
+    b: [f64x8; 3],
     /// The error bound of `d` evaluated in floats, anywhere in the rectangle.
     d_bound: f64x8,
     /// The error bound of `b + sqrt d`, without the error of `d`.
     bound: f64x8,
     /// The upper bound of `d` in the rectangle, its error included.
-    top: f64x8,
+    d_upper: f64x8,
     /// The upper bound of `|b - b00|`.
     b_linear: f64x8,
     /// The sum of the magnitudes of the terms of `b`.
     b_terms: f64x8,
-    /// `X` and `Y` where `p = q = 0`.
-    x0: f64x8,
-    y0: f64x8,
-    columns: f64x8,
-    rows: f64x8,
     /// Lanes whose polynomials are valid.
     known: f64x8,
     /// Lanes whose sphere is hit in no pixel of the rectangle.
     missed: f64x8,
     /// `c`; its sign is exact.
     power: f64x8,
-    /// Lanes with `c > 0`.
-    outside: f64x8,
 }
 
 /// [`Depths`] of one sphere.
@@ -177,16 +166,10 @@ pub(super) struct FloatDepths {
     /// The least `p` and `q`: `-across` and `-down`.
     pub(super) p: [f32; LANES],
     pub(super) q: [f32; LANES],
-    pub(super) d00: [f32; LANES],
-    pub(super) d10: [f32; LANES],
-    pub(super) d01: [f32; LANES],
-    pub(super) d20: [f32; LANES],
-    pub(super) d11: [f32; LANES],
-    pub(super) d02: [f32; LANES],
+    /// `d00`, `d10`, `d01`, `d20`, `d11`, `d02`, and `b00`, `b10`, `b01`.
+    pub(super) d: [[f32; LANES]; 6],
+    pub(super) b: [[f32; LANES]; 3],
     pub(super) d_sure: [f32; LANES],
-    pub(super) b00: [f32; LANES],
-    pub(super) b10: [f32; LANES],
-    pub(super) b01: [f32; LANES],
     pub(super) spread: [f32; LANES],
 }
 
@@ -214,104 +197,94 @@ impl Depths {
     /// of `N0`. The error of the coefficients contributes at most
     /// `COEFFICIENT_BOUND (r^2 a + n^2) + (2 n + h) h` to `D` anywhere in it (theorem 3).
     #[inline(always)]
-    pub(super) fn new(grid: &Grid, rectangles: &Rectangles, spheres: &EightSpheres) -> Self {
+    pub(super) fn new(grid: &Grid, around: &Rectangles, spheres: &EightSpheres) -> Self {
         let &EightSpheres { x, y, z, r } = spheres;
-        let (x0, y0) = (
-            grid.x_axis.x(rectangles.columns),
-            grid.y_axis.y(rectangles.rows),
-        );
-        let (dx, dy) = (grid.x_axis.step, -grid.y_axis.step);
-        let (s, t) = (rectangles.across, rectangles.down);
-        let (zero, one, two) = (splat(0.0), splat(1.0), splat(2.0));
-
-        let squared_radius = r * r;
         let middle = Middle {
             x,
             y,
             z,
-            squared_radius,
-            x0,
-            y0,
+            squared_radius: r * r,
+            x0: grid.x_axis.x(around.columns),
+            y0: grid.y_axis.y(around.rows),
         };
+        let (dx, dy) = (grid.x_axis.step, -grid.y_axis.step);
+        let (s, t, zero) = (around.across, around.down, splat(0.0));
         let [yz, k] = middle.k();
-        let [n_x, n_y, n_z] = middle.normal();
-        let steps = Steps::new(dx, dy).map(splat);
-        let coefficients = middle.coefficients([n_x, n_y, n_z], k, &steps);
+        let normal = middle.normal();
+        let coefficients = middle.coefficients(normal, k, &Steps::new(dx, dy).map(splat));
         let planes = [middle.dot(), x * splat(dx), y * splat(dy)];
-
-        let [x_abs, y_abs, z_abs] = [x.abs(), y.abs(), z.abs()];
-        let (x0_abs, y0_abs) = (x0.abs(), y0.abs());
-        let (x_span, y_span) = (s * splat(dx.abs()), t * splat(dy.abs()));
-        let (x_upper, y_upper) = (x0_abs + x_span, y0_abs + y_span);
-        let a_upper = x_upper.mul_add(x_upper, y_upper.mul_add(y_upper, one));
-        let n_upper = n_x.abs() + n_y.abs() + n_z.abs();
-        let n_upper = (y_abs + z_abs).mul_add(x_span, (x_abs + z_abs).mul_add(y_span, n_upper));
-        let terms = x0_abs.mul_add(y_abs + z_abs, y0_abs.mul_add(x_abs + z_abs, x_abs + y_abs));
-        let h = splat(CROSS_BOUND) * terms;
-        let squares = squared_radius.mul_add(a_upper, n_upper * n_upper);
-        let d_bound = n_upper
-            .mul_add(two, h)
-            .mul_add(h, splat(COEFFICIENT_BOUND) * squares);
+        let spans = [s * splat(dx.abs()), t * splat(dy.abs())];
+        let d_bound = coefficients_bound(&middle, normal, spans);
 
         let c = powers_of_camera(spheres, yz, k);
         let [scale, squared_scale] = over_power(splat(grid.scale), c);
-        let [d00, d10, d01, d20, d11, d02] = coefficients.map(|value| value * squared_scale);
-        let [b00, b10, b01] = planes.map(|value| value * scale);
+        let d = coefficients.map(|value| value * squared_scale);
+        let b = planes.map(|value| value * scale);
         let d_bound = d_bound * squared_scale;
 
+        let ([d00, d10, d01, d20, d11, d02], [b00, b10, b01]) = (d, b);
         let (ss, st, tt) = (s * s, s * t, t * t);
         let d_linear = s.mul_add(d10.abs(), t.mul_add(d01.abs(), st * d11.abs()));
-        let d_upper = d00.abs() + ss.mul_add(d20.abs(), tt.mul_add(d02.abs(), d_linear));
+        let d_terms = d00.abs() + ss.mul_add(d20.abs(), tt.mul_add(d02.abs(), d_linear));
         let b_linear = s.mul_add(b10.abs(), t * b01.abs());
         let b_upper = b00.abs() + b_linear;
-        let b_terms = x_abs.mul_add(x0_abs, y_abs.mul_add(y0_abs, z_abs));
+        let b_terms = x
+            .abs()
+            .mul_add(middle.x0.abs(), y.abs().mul_add(middle.y0.abs(), z.abs()));
         let b_terms = b_terms.mul_add(scale.abs(), b_linear);
         // Covers the rounding errors of the bounds themselves.
         let up = splat(1.0 + DEPTH_INFLATION);
         let d_bound = splat(D_BOUND)
-            .mul_add(d_upper, d_bound)
+            .mul_add(d_terms, d_bound)
             .mul_add(up, splat(UNDERFLOW_BOUND));
         let bulge = ss.mul_add(d20.fast_max(zero), tt.mul_add(d02.fast_max(zero), d_linear));
         let highest = d00 + bulge;
-        let top = highest.fast_max(zero) + two * d_bound;
+        let d_upper = highest.fast_max(zero) + splat(2.0) * d_bound;
         let b_bound = splat(B_BOUND).mul_add(b_upper, splat(PLANE_BOUND) * b_terms);
-        let parts = splat(SUM_OF_PARTS_BOUND).mul_add(b_upper + top.sqrt(), b_bound);
+        let parts = splat(SUM_OF_PARTS_BOUND).mul_add(b_upper + d_upper.sqrt(), b_bound);
         let bound = parts.mul_add(up, splat(UNDERFLOW_BOUND));
 
         // Where B < 0, B + sqrt D is negative, which no packet takes for a hit (theorem 4).
-        let outside = c.simd_gt(zero);
-        let inside = c.simd_lt(zero);
+        let (outside, inside) = (c.simd_gt(zero), c.simd_lt(zero));
         let greatest = splat(OVERFLOW_LIMIT);
-        let finite = (d_upper + d_bound).simd_lt(greatest) & (b_upper + bound).simd_lt(greatest);
+        let finite = (d_terms + d_bound).simd_lt(greatest) & (b_upper + bound).simd_lt(greatest);
         let away = outside & (b00 + b_linear).simd_lt(-b_bound);
-        let missed = outside & finite & (away | highest.simd_lt(-d_bound));
         Self {
-            across: s,
-            down: t,
-            d00,
-            d10,
-            d01,
-            d20,
-            d11,
-            d02,
-            b00,
-            b10,
-            b01,
+            around: *around,
+            middle: [middle.x0, middle.y0],
+            d,
+            b,
             d_bound,
             bound,
-            top,
+            d_upper,
             b_linear,
             b_terms,
-            x0,
-            y0,
-            columns: rectangles.columns,
-            rows: rectangles.rows,
             known: (outside | inside) & finite,
-            missed,
+            missed: outside & finite & (away | highest.simd_lt(-d_bound)),
             power: c,
-            outside,
         }
     }
+}
+
+/// What the coefficients of `D`, not scaled, make it wrong by anywhere in rectangles of these spans of
+/// `X` and `Y`.
+#[inline(always)]
+fn coefficients_bound(
+    middle: &Middle<f64x8>,
+    normal: [f64x8; 3],
+    [x_span, y_span]: [f64x8; 2],
+) -> f64x8 {
+    let [x, y, z] = [middle.x, middle.y, middle.z].map(f64x8::abs);
+    let (x0, y0) = (middle.x0.abs(), middle.y0.abs());
+    let (x_upper, y_upper) = (x0 + x_span, y0 + y_span);
+    let a_upper = x_upper.mul_add(x_upper, y_upper.mul_add(y_upper, splat(1.0)));
+    let [n_x, n_y, n_z] = normal.map(f64x8::abs);
+    let n_upper = (y + z).mul_add(x_span, (x + z).mul_add(y_span, n_x + n_y + n_z));
+    let terms = x0.mul_add(y + z, y0.mul_add(x + z, x + y));
+    let h = splat(CROSS_BOUND) * terms;
+    let squares = middle.squared_radius.mul_add(a_upper, n_upper * n_upper);
+    let errors = n_upper.mul_add(splat(2.0), h);
+    errors.mul_add(h, splat(COEFFICIENT_BOUND) * squares)
 }
 
 impl Depths {
@@ -325,30 +298,19 @@ impl Depths {
         bounds: Bounds,
     ) -> SphereDepths {
         let of = |lanes: &f64x8| lanes.as_array()[lane];
-        let &Self {
-            d00,
-            d10,
-            d01,
-            d20,
-            d11,
-            d02,
-            b00,
-            b10,
-            b01,
-            ..
-        } = self;
+        let around = &self.around;
         SphereDepths {
             sphere: [&spheres.x, &spheres.y, &spheres.z, &spheres.r].map(of),
-            across: of(&self.across),
-            down: of(&self.down),
-            column: of(&self.columns) - f64::from(column),
-            row: of(&self.rows) - f64::from(row),
-            x0: of(&self.x0),
-            y0: of(&self.y0),
-            d: [d00, d10, d01, d20, d11, d02].map(|lanes| of(&lanes)),
-            b: [b00, b10, b01].map(|lanes| of(&lanes)),
+            across: of(&around.across),
+            down: of(&around.down),
+            column: of(&around.columns) - f64::from(column),
+            row: of(&around.rows) - f64::from(row),
+            x0: of(&self.middle[0]),
+            y0: of(&self.middle[1]),
+            d: self.d.map(|lanes| of(&lanes)),
+            b: self.b.map(|lanes| of(&lanes)),
             d_bound: of(&self.d_bound),
-            d_upper: of(&self.top),
+            d_upper: of(&self.d_upper),
             b_terms: of(&self.b_terms),
             known: of(&self.known).to_bits() != 0 && bounds != Bounds::Refused,
             power: of(&self.power),
@@ -361,8 +323,8 @@ impl Depths {
     /// and with `f` that of `b + sqrt d` (theorem 4),
     ///
     /// ```text
-    /// d_sure = max(SURE_SHARE top, 2 e)          top: the upper bound of d
-    /// spread = 2 f + 2 e/sqrt(SURE_SHARE top)
+    /// d_sure = max(SURE_SHARE u, 2 e)          u: the upper bound of d
+    /// spread = 2 f + 2 e/sqrt(SURE_SHARE u)
     /// ```
     #[inline]
     pub(super) fn to_floats(self, bounds: Bounds) -> FloatDepths {
@@ -378,31 +340,23 @@ impl Depths {
             (self.d_bound, self.bound)
         };
         let d_spread = splat(2.0) * d_bound;
-        let d_sure = (splat(SURE_SHARE) * self.top).fast_max(d_spread);
-        let least_root = splat(SURE_SHARE.sqrt()) * self.top.sqrt();
+        let d_sure = (splat(SURE_SHARE) * self.d_upper).fast_max(d_spread);
+        let least_root = splat(SURE_SHARE.sqrt()) * self.d_upper.sqrt();
         let spread = splat(2.0) * bound + d_spread / least_root;
         let unbounded = splat(f64::INFINITY);
-        let floats = |value: f64x8| {
-            known
-                .select(value, zero)
-                .to_array()
-                .map(|value| value as f32)
-        };
+        let float = |value: f64| value as f32;
+        let floats = |value: f64x8| known.select(value, zero).to_array().map(float);
         let above = |value: f64x8| known.select(value, unbounded).to_array().map(float_above);
+        let (mut d, mut b) = (self.d, self.b);
+        d[0] += d_bound;
+        b[0] += bound;
         FloatDepths {
             known: known.to_bitmask(),
-            p: (-self.across).to_array().map(|value| value as f32),
-            q: (-self.down).to_array().map(|value| value as f32),
-            d00: floats(self.d00 + d_bound),
-            d10: floats(self.d10),
-            d01: floats(self.d01),
-            d20: floats(self.d20),
-            d11: floats(self.d11),
-            d02: floats(self.d02),
+            p: (-self.around.across).to_array().map(float),
+            q: (-self.around.down).to_array().map(float),
+            d: d.map(floats),
+            b: b.map(floats),
             d_sure: above(d_sure),
-            b00: floats(self.b00 + bound),
-            b10: floats(self.b10),
-            b01: floats(self.b01),
             spread: above(spread),
         }
     }
@@ -418,42 +372,38 @@ impl Depths {
     pub(super) fn ranges(&self, lower: [f32; LANES], upper: [f32; LANES]) -> DepthRanges {
         let (zero, half) = (splat(0.0), splat(0.5));
         let &Self {
-            across: s,
-            down: t,
-            d00,
+            d: [d00, d10, d01, d20, d11, d02],
+            b: [b00, b10, b01],
             d_bound,
-            b00,
             bound,
             ..
         } = self;
+        let (s, t) = (self.around.across, self.around.down);
+        let outside = self.power.simd_gt(zero);
         let root = d00.fast_max(zero).sqrt();
         let inverse = half / root;
-        let slope =
-            s * (self.d10 * inverse + self.b10).abs() + t * (self.d01 * inverse + self.b01).abs();
-        let bulge = s * s * self.d20.fast_max(zero)
-            + t * t * self.d02.fast_max(zero)
-            + s * t * self.d11.abs();
+        let slope = s * (d10 * inverse + b10).abs() + t * (d01 * inverse + b01).abs();
+        let bulge = s * s * d20.fast_max(zero) + t * t * d02.fast_max(zero) + s * t * d11.abs();
         let tangent = b00 + root + slope + (bulge + d_bound) * inverse;
-        let interval = b00 + self.b_linear + self.top.sqrt();
+        let interval = b00 + self.b_linear + self.d_upper.sqrt();
         let above = minimum(tangent, interval) + bound;
 
         let mut corners = splat(f64::INFINITY);
-        let mut covered = self.outside;
+        let mut covered = outside;
         for (p, q) in [(s, t), (s, -t), (-s, t), (-s, -t)] {
             let (pp, pq, qq) = (p * p, p * q, q * q);
-            let d =
-                d00 + self.d10 * p + self.d01 * q + self.d20 * pp + self.d11 * pq + self.d02 * qq;
-            let b = b00 + self.b10 * p + self.b01 * q;
+            let d = d00 + d10 * p + d01 * q + d20 * pp + d11 * pq + d02 * qq;
+            let b = b00 + b10 * p + b01 * q;
             covered = covered & d.simd_gt(d_bound) & b.simd_gt(bound);
             corners = minimum(corners, b + (d - d_bound).fast_max(zero).sqrt());
         }
         let plane = b00 - self.b_linear;
-        let outside = covered.select(corners, plane);
+        let from_outside = covered.select(corners, plane);
         // The error of the gradient grows with the ratio of the greatest d to d00.
-        let steady = self.top.simd_lt(splat(STEADY_RATIO) * d00);
-        let inside = b00 + root - slope - splat(2.0 * TANGENT_BOUND) * d_bound * inverse;
-        let inside = steady.select(inside, zero);
-        let below = self.outside.select(outside, inside) - bound;
+        let steady = self.d_upper.simd_lt(splat(STEADY_RATIO) * d00);
+        let from_inside = b00 + root - slope - splat(2.0 * TANGENT_BOUND) * d_bound * inverse;
+        let from_inside = steady.select(from_inside, zero);
+        let below = outside.select(from_outside, from_inside) - bound;
 
         let known = self.known;
         let lanes = |whole: [f32; LANES]| f64x8::new(whole.map(f64::from));
@@ -462,7 +412,7 @@ impl Depths {
         let lower = below.simd_gt(whole_lower).select(below, whole_lower);
         let upper = minimum(known.select(above, whole_upper), whole_upper);
         // From inside, every pixel sees the far wall.
-        let covered = self.outside.select(covered, known);
+        let covered = outside.select(covered, known);
         DepthRanges {
             covered: (covered & known).to_bitmask(),
             lower: lower.to_array().map(float_below),

@@ -108,16 +108,11 @@ impl Terms {
     #[inline(always)]
     fn new(depths: &FloatDepths, lane: usize, p: f32x8, colour: u32) -> Self {
         let splat = |of: &[f32; LANES]| f32x8::splat(of[lane]);
-        let d = [
-            &depths.d00,
-            &depths.d10,
-            &depths.d01,
-            &depths.d20,
-            &depths.d11,
-            &depths.d02,
-        ];
-        let b = [&depths.b00, &depths.b10, &depths.b01];
-        let (d, b) = in_column(d.map(splat), b.map(splat), p);
+        let (d, b) = in_column(
+            depths.d.each_ref().map(splat),
+            depths.b.each_ref().map(splat),
+            p,
+        );
         Self {
             d,
             b,

@@ -19,12 +19,11 @@ use crate::{
 fn evaluated(depths: &FloatDepths, p: f32, q: f32) -> (f32, f32) {
     let splat = |of: &[f32; LANES]| f32x8::splat(of[0]);
     let (p, q) = (f32x8::splat(p), f32x8::splat(q));
-    let d0 = splat(&depths.d20).mul_add(p, splat(&depths.d10));
-    let d0 = d0.mul_add(p, splat(&depths.d00));
-    let d1 = splat(&depths.d11).mul_add(p, splat(&depths.d01));
-    let d = splat(&depths.d02).mul_add(q, d1).mul_add(q, d0);
-    let b0 = splat(&depths.b10).mul_add(p, splat(&depths.b00));
-    let b = splat(&depths.b01).mul_add(q, b0);
+    let [d00, d10, d01, d20, d11, d02] = depths.d.each_ref().map(splat);
+    let [b00, b10, b01] = depths.b.each_ref().map(splat);
+    let d0 = d20.mul_add(p, d10).mul_add(p, d00);
+    let d = d02.mul_add(q, d11.mul_add(p, d01)).mul_add(q, d0);
+    let b = b01.mul_add(q, b10.mul_add(p, b00));
     (d.to_array()[0], b.to_array()[0])
 }
 
@@ -155,18 +154,21 @@ fn d_is_within_its_range_in_every_part_of_the_rectangle() {
 }
 
 fn doubles(depths: &Depths) -> [f64x8; 11] {
+    let [d00, d10, d01, d20, d11, d02] = depths.d;
+    let (d_bound, d_upper) = (depths.d_bound, depths.d_upper);
+    let (b_linear, bound) = (depths.b_linear, depths.bound);
     [
-        depths.d00,
-        depths.d10,
-        depths.d01,
-        depths.d20,
-        depths.d11,
-        depths.d02,
-        depths.d_bound,
-        depths.top,
-        depths.b00,
-        depths.b_linear,
-        depths.bound,
+        d00,
+        d10,
+        d01,
+        d20,
+        d11,
+        d02,
+        d_bound,
+        d_upper,
+        depths.b[0],
+        b_linear,
+        bound,
     ]
 }
 
@@ -346,7 +348,8 @@ fn bounds_of_ranges_have_all_terms() {
             b_linear,
             bound,
         ] = doubles(&depths).map(of);
-        let [b10, b01, s, t] = [depths.b10, depths.b01, depths.across, depths.down].map(of);
+        let [_, b10, b01] = depths.b.map(of);
+        let [s, t] = [depths.around.across, depths.around.down].map(of);
         let root = d00.max(0.0).sqrt();
         let slope = s * (d10 / (2.0 * root) + b10).abs() + t * (d01 / (2.0 * root) + b01).abs();
         let bulge = s * s * d20.max(0.0) + t * t * d02.max(0.0) + s * t * d11.abs();

@@ -7,7 +7,7 @@ use super::{
 use crate::exact::{
     bins::Record,
     boxes::Boxes,
-    depths::{Depths, FloatDepths},
+    depths::Depths,
     paint::{bytes_of, colour_lane},
     trials::{Random, Trial, each_trial, on_the_surface, rectangles, scale},
 };
@@ -221,20 +221,7 @@ fn packets_evaluate_what_is_counted() {
         let q = f32x8::splat(depths.q[0]);
         let terms = Terms::new(&depths, 0, p, Default::default());
         let splat = |of: [f32; LANES]| f32x8::splat(of[0]);
-        let FloatDepths {
-            d00,
-            d10,
-            d01,
-            d20,
-            d11,
-            d02,
-            b00,
-            b10,
-            b01,
-            ..
-        } = depths;
-        let d = [d00, d10, d01, d20, d11, d02].map(splat);
-        let (d, b) = in_column(d, [b00, b10, b01].map(splat), p);
+        let (d, b) = in_column(depths.d.map(splat), depths.b.map(splat), p);
         let bits = |lanes: f32x8| lanes.to_array().map(f32::to_bits);
         let counted = [d[0], d[1], d[2], b[0], b[1]].map(bits);
         let evaluated = [terms.d[0], terms.d[1], terms.d[2], terms.b[0], terms.b[1]].map(bits);
