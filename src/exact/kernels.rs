@@ -332,7 +332,7 @@ impl<N: Number> MiddleRow<N> {
         [self.y - self.z * self.y0, self.z * self.dy]
     }
 
-    /// `e0`, `e1` and `e2` of [`Outline::eight`](super::outline::Outline), `factor` being
+    /// `e0`, `e1` and `e2` of [`outline`](super::outline), `factor` being
     /// `c h h`.
     #[inline(always)]
     pub(super) fn coefficients(&self, [n0, n1]: [N; 2], factor: N) -> [N; 3] {
@@ -360,7 +360,7 @@ pub(super) fn row_factor<N: Number>(scale: N, c: N, k: N) -> [N; 2] {
     [h, c * h * h]
 }
 
-/// `m0` and `m1` of [`Outline::eight`](super::outline::Outline), with `hx = h Cx`.
+/// `m0` and `m1` of [`outline`](super::outline), with `hx = h Cx`.
 #[inline(always)]
 pub(super) fn row_middle<N: Number>(middle: N, hx: N, [rising, level]: [N; 2]) -> [N; 2] {
     [middle + hx * level, hx * rising]

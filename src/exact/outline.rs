@@ -74,11 +74,9 @@ pub(super) struct Outline {
     pub(super) lower: f32,
     /// The row of `q = 0` in the tile.
     row: f32,
-    m0: f32,
-    m1: f32,
-    e0: f32,
-    e1: f32,
-    e2: f32,
+    /// `m0`, `m1`, and `e0`, `e1`, `e2`.
+    m: [f32; 2],
+    e: [f32; 3],
     /// The error bound of `e`.
     e_bound: f32,
     /// The error bound of the ends of a row, apart from that of `e`, in pixels.
@@ -88,6 +86,28 @@ pub(super) struct Outline {
     rising: f64,
     level: f64,
     m_bound: f64,
+}
+
+/// The rows of eight outlines in doubles.
+struct Rows {
+    middle: MiddleRow<f64x8>,
+    /// The upper bound of `|q|`.
+    down: f64x8,
+    /// `N0` and `N1`.
+    normal: [f64x8; 2],
+    k: f64x8,
+    /// `Cy^2 + Cz^2`
+    yz: f64x8,
+    /// `c`
+    power: f64x8,
+    /// `rising` and `level`
+    ahead: [f64x8; 2],
+    /// `h Cx`
+    hx: f64x8,
+    /// `c h h`
+    factor: f64x8,
+    m: [f64x8; 2],
+    e: [f64x8; 3],
 }
 
 /// The columns that a sphere covers in eight rows, as masks of the tile's columns.
@@ -101,9 +121,7 @@ pub(super) struct EightRows {
     pub(super) ends: [[u8; 2]; LANES],
 }
 
-impl Outline {
-    /// The outlines of eight spheres.
-    ///
+impl Rows {
     /// With `h = scale/k`, `dY` the step of a row, `Y0` the row of `q = 0` and
     /// `N1 = Cz dY`,
     ///
@@ -113,7 +131,82 @@ impl Outline {
     /// e2 = c h^2 dY^2 (r^2 - Cz^2)
     /// ```
     ///
-    /// (`Y` decreases by `dY` from row to row.) The bounds are those of theorem 2.
+    /// (`Y` decreases by `dY` from row to row.)
+    #[inline(always)]
+    fn new(grid: &Grid, placement: &Placement, spheres: &EightSpheres) -> Self {
+        let &EightSpheres { x, y, z, r } = spheres;
+        let middle = MiddleRow {
+            y,
+            z,
+            r,
+            y0: grid.y_axis.y(placement.rows),
+            dy: splat(grid.y_axis.step),
+        };
+        let yz = y * y + z * z;
+        let k = yz - r * r;
+        let power = powers_of_camera(spheres, yz, k);
+        let [h, factor] = row_factor(splat(grid.x_axis.scale), power, k);
+        let (normal, ahead, hx) = (middle.normal(), middle.ahead(), h * x);
+        let column = splat(grid.x_axis.middle - f64::from(placement.column));
+        Self {
+            middle,
+            down: placement.down,
+            normal,
+            k,
+            yz,
+            power,
+            ahead,
+            hx,
+            factor,
+            m: row_middle(column, hx, ahead),
+            e: middle.coefficients(normal, factor),
+        }
+    }
+
+    #[inline(always)]
+    fn y_upper(&self) -> f64x8 {
+        self.middle.y0.abs() + self.down * self.middle.dy
+    }
+
+    /// The upper bound of `|m|`.
+    #[inline(always)]
+    fn level_upper(&self) -> f64x8 {
+        let MiddleRow { y, z, .. } = self.middle;
+        y.abs() * self.y_upper() + z.abs()
+    }
+
+    /// The error bounds of `e` and of the ends of rows, in floats. `middle` is the sum of the magnitudes
+    /// of what is in `m0` but for the sphere.
+    #[inline(always)]
+    fn bounds(&self, middle: f64x8) -> [f64x8; 2] {
+        let MiddleRow { y, z, r, y0, .. } = self.middle;
+        let ([n0, n1], [m0, m1], [e0, e1, e2]) = (self.normal, self.m, self.e);
+        let (t, two) = (self.down, splat(2.0));
+        // The rounding errors of E, of its factor and of the middle in doubles.
+        let y_upper = self.y_upper();
+        let a_upper = y_upper.mul_add(y_upper, splat(1.0));
+        let n_upper = n0.abs() + n1.abs() * t;
+        let n_bound = splat(CROSS_BOUND) * (y.abs() + z.abs() * y0.abs());
+        let squares = (r * r).mul_add(a_upper, n_upper * n_upper);
+        let e_bound = (two * n_upper + n_bound) * n_bound + splat(COEFFICIENT_BOUND) * squares;
+        let e_upper = e0.abs() + t * (e1.abs() + t * e2.abs());
+        let k_bound = splat(K_BOUND) + splat(K_SQUARES_BOUND) * self.yz / self.k.abs();
+        let factor_bound = splat(FACTOR_ERRORS_OF_K) * k_bound + splat(FACTOR_BOUND);
+        let middle_upper = self.hx.abs() * self.level_upper();
+        let middle_bound =
+            (k_bound + splat(MIDDLE_BOUND)) * middle_upper + splat(MIDDLE_BOUND) * middle;
+        // The rounding errors in floats.
+        let up = splat(1.0 + ROW_INFLATION);
+        let e_bound =
+            self.factor.abs() * e_bound + (factor_bound + splat(ROW_SQUARE_BOUND)) * e_upper;
+        let sides = m0.abs() + t * m1.abs() + (e_upper + e_bound).sqrt();
+        let slack = (middle_bound + splat(ROW_END_BOUND) * (sides + splat(MIN_SIDES))) * up;
+        [e_bound * up + splat(UNDERFLOW_BOUND), slack]
+    }
+}
+
+impl Outline {
+    /// The outlines of eight spheres. The bounds are those of theorem 2.
     pub(super) fn eight(
         grid: &Grid,
         placement: &Placement,
@@ -121,54 +214,18 @@ impl Outline {
         bounds: Bounds,
     ) -> [Self; LANES] {
         let &EightSpheres { x, y, z, r } = spheres;
-        let (one, two) = (splat(1.0), splat(2.0));
-        let y0 = grid.y_axis.y(placement.rows);
-        let dy = splat(grid.y_axis.step);
-        let t = placement.down;
-
-        let squared_radius = r * r;
-        let yz = y * y + z * z;
-        let k = yz - squared_radius;
-        let share = splat(CANCELLATION_LIMIT) * yz;
-        let (positive, negative) = (k.simd_gt(share), k.simd_lt(-share));
-        let c = powers_of_camera(spheres, yz, k);
-        let [h, factor] = row_factor(splat(grid.x_axis.scale), c, k);
-        let middle_row = MiddleRow { y, z, r, y0, dy };
-        let [n0, n1] = middle_row.normal();
-        let [e0, e1, e2] = middle_row.coefficients([n0, n1], factor);
-        let hx = h * x;
-        let [rising, level] = middle_row.ahead();
-        let middle = splat(grid.x_axis.middle - f64::from(placement.column));
-        let [m0, m1] = row_middle(middle, hx, [rising, level]);
-
-        // The rounding errors of E, of its factor and of the middle in doubles.
-        let y_upper = y0.abs() + t * dy;
-        let a_upper = y_upper.mul_add(y_upper, one);
-        let n_upper = n0.abs() + n1.abs() * t;
-        let n_bound = splat(CROSS_BOUND) * (y.abs() + z.abs() * y0.abs());
-        let squares = squared_radius.mul_add(a_upper, n_upper * n_upper);
-        let e_bound = (two * n_upper + n_bound) * n_bound + splat(COEFFICIENT_BOUND) * squares;
-        let e_upper = e0.abs() + t * (e1.abs() + t * e2.abs());
-        let k_bound = splat(K_BOUND) + splat(K_SQUARES_BOUND) * yz / k.abs();
-        let factor_bound = splat(FACTOR_ERRORS_OF_K) * k_bound + splat(FACTOR_BOUND);
-        let level_upper = y.abs() * y_upper + z.abs();
-        let middle_upper = hx.abs() * level_upper;
-        let middle_bound = (k_bound + splat(MIDDLE_BOUND)) * middle_upper
-            + splat(MIDDLE_BOUND) * splat(grid.x_axis.middle + f64::from(placement.column));
-        // The rounding errors in floats.
-        let up = splat(1.0 + ROW_INFLATION);
-        let e_bound = factor.abs() * e_bound + (factor_bound + splat(ROW_SQUARE_BOUND)) * e_upper;
-        let sides = m0.abs() + t * m1.abs() + (e_upper + e_bound).sqrt();
-        let slack = (middle_bound + splat(ROW_END_BOUND) * (sides + splat(MIN_SIDES))) * up;
-        let e_bound = e_bound * up + splat(UNDERFLOW_BOUND);
+        let rows = Rows::new(grid, placement, spheres);
+        let [e_bound, slack] = rows.bounds(splat(grid.x_axis.middle + f64::from(placement.column)));
+        let share = splat(CANCELLATION_LIMIT) * rows.yz;
+        let (positive, negative) = (rows.k.simd_gt(share), rows.k.simd_lt(-share));
 
         // The farthest visible point of the surface is on the circle where rays touch:
         // z = sqrt c (sqrt c Cz + r |(Cx, Cy)|)/|C|^2. The sums have positive terms if
         // Cz > 0; the bound of k is below 2^-32.
-        let lower = farthest([x, y, z, r], yz, c);
+        let lower = farthest([x, y, z, r], rows.yz, rows.power);
         let in_front = z.simd_gt(r);
         let lower = (in_front & positive).select(lower * splat(grid.scale), splat(0.0));
-        let m_bound = in_front.select(splat(0.0), splat(ROW_BOUND) * level_upper);
+        let m_bound = in_front.select(splat(0.0), splat(ROW_BOUND) * rows.level_upper());
 
         let known = slack.simd_lt(splat(SLACK_LIMIT)) & (positive | negative);
         let known = if bounds == Bounds::Refused {
@@ -176,18 +233,19 @@ impl Outline {
         } else {
             known.to_bitmask()
         };
-        let (positive, power) = (positive.to_bitmask(), c.to_array());
+        let (positive, power) = (positive.to_bitmask(), rows.power.to_array());
         let (e_bound, slack) = if bounds == Bounds::Ignored {
             (splat(0.0), splat(0.0))
         } else {
             (e_bound, slack)
         };
         let floats = |value: f64x8| value.to_array().map(|value| value as f32);
-        let [m0, m1, e0, e1, e2] = [m0, m1, e0, e1, e2].map(floats);
+        let (m, e) = (rows.m.map(floats), rows.e.map(floats));
         let [e_bound, slack] = [e_bound, slack].map(floats);
         let row = floats(placement.rows - splat(f64::from(placement.row)));
         let lower = lower.to_array();
-        let [rising, level, m_bound] = [rising, level, m_bound].map(f64x8::to_array);
+        let [rising, level] = rows.ahead.map(f64x8::to_array);
+        let m_bound = m_bound.to_array();
         let x = x.to_array();
         std::array::from_fn(|lane| Self {
             shape: if bounds != Bounds::Refused && power[lane] < 0.0 {
@@ -203,11 +261,8 @@ impl Outline {
             },
             lower: float_below(lower[lane]),
             row: row[lane],
-            m0: m0[lane],
-            m1: m1[lane],
-            e0: e0[lane],
-            e1: e1[lane],
-            e2: e2[lane],
+            m: [m[0][lane], m[1][lane]],
+            e: [e[0][lane], e[1][lane], e[2][lane]],
             e_bound: e_bound[lane],
             slack: slack[lane],
             rising: rising[lane],
@@ -389,8 +444,8 @@ impl Outline {
         let splat = f32x8::splat;
         let zero = splat(0.0);
         let q = f32x8::new(STEPS) + splat(first as f32 - self.row);
-        let e = quadratic([self.e0, self.e1, self.e2].map(splat), q);
-        let middle = splat(self.m1).mul_add(q, splat(self.m0));
+        let e = quadratic(self.e.map(splat), q);
+        let middle = splat(self.m[1]).mul_add(q, splat(self.m[0]));
         let root = |e: f32x8| e.simd_gt(zero).select(e, zero).sqrt();
         let (inner, outer) = (e - splat(self.e_bound), e + splat(self.e_bound));
         let ends = ends(&Cut {

@@ -488,8 +488,8 @@ fn bounds_of_rows_have_all_terms() {
         let r = f64::from(trial.sphere.radius);
         let y0 = grid.y_axis.y(rows).to_array()[0];
         let (t, dy) = (down.to_array()[0], grid.y_axis.step);
-        let [e0, e1, e2, m0, m1] = [outline.e0, outline.e1, outline.e2, outline.m0, outline.m1]
-            .map(|of| f64::from(of.abs()));
+        let magnitude = |of: f32| f64::from(of.abs());
+        let ([e0, e1, e2], [m0, m1]) = (outline.e.map(magnitude), outline.m.map(magnitude));
 
         let y_upper = y0.abs() + t * dy;
         let n_upper = (y - z * y0).abs() + z.abs() * dy * t;
