@@ -15,7 +15,7 @@ use wide::{f32x8, u8x32, u32x8};
 
 use super::{
     bits::{lanes_of, set_bits},
-    boxes::Boxes,
+    boxes::{Boxes, float_unit},
     grid::{EightSpheres, Grid, SIDE},
     pool::Pool,
     tuning::Bounds,
@@ -312,11 +312,11 @@ impl Run {
         self.starts.clear();
         self.starts
             .resize(if all_large { 0 } else { tiles.count() + 1 }, 0);
-        let fit_floats = Boxes::fit_floats(grid);
+        let unit = float_unit(grid);
         for first in range.clone().step_by(LANES) {
             let components = components(spheres, first);
             // Beyond the last sphere are some behind the camera.
-            let boxes = Boxes::of_floats(grid, components, fit_floats);
+            let boxes = Boxes::new(grid, components, unit);
             let mut small = 0;
             if !all_large {
                 let placed = tiles.of_eight(&boxes);
@@ -327,7 +327,7 @@ impl Run {
             for lane in set_bits(u64::from(boxes.visible & !small)) {
                 let index = first + lane;
                 large.push(Large {
-                    sphere: components.map(|all| all[lane]),
+                    sphere: components.map(|all| all.as_array()[lane]),
                     upper: boxes.upper[lane],
                     index: index as u32,
                     colour: spheres.colour()[index],
@@ -427,18 +427,24 @@ impl Placed {
 }
 
 /// The components of eight spheres; the arrays are padded beyond the last one.
-#[inline]
-fn components(spheres: &Spheres, first: usize) -> [[f32; LANES]; 4] {
-    [spheres.x(), spheres.y(), spheres.z(), spheres.radius()].map(|all| {
+#[inline(always)]
+fn components(spheres: &Spheres, first: usize) -> [f32x8; 4] {
+    let eight = |all: &[f32]| {
         let all = &all[first..first + LANES];
-        std::array::from_fn(|lane| all[lane])
-    })
+        f32x8::new(std::array::from_fn(|lane| all[lane]))
+    };
+    [
+        eight(spheres.x()),
+        eight(spheres.y()),
+        eight(spheres.z()),
+        eight(spheres.radius()),
+    ]
 }
 
 /// Records of eight spheres in the tiles of their first pixels.
 #[inline]
 fn records_of(spheres: &Spheres, first: usize, placed: &Placed, tiles: Tiles) -> [Record; LANES] {
-    let [x, y, z, r] = components(spheres, first).map(f32x8::new);
+    let [x, y, z, r] = components(spheres, first);
     let colours = &spheres.colour()[first..];
     let mut eight = [[0; 3]; LANES];
     match colours.first_chunk() {

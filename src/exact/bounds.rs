@@ -89,7 +89,7 @@ pub(super) const FLOAT_BOX_BOUND: f64 = 20.0 * U32;
 ///
 /// | term | roundings | sum |
 /// | --- | --- | --- |
-/// | `Cz + r` 1, `1/q` 4, their product; the grid's scale is a power of two | 6 | 6 |
+/// | `Cz + r` 1, `1/q` 4, their product | 6 | 6 |
 /// | the factor itself | 1 | 7 |
 /// | to spare | 1 | 8 |
 pub(super) const FLOAT_UPPER_BOUND: f64 = 8.0 * U32;

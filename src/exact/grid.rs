@@ -11,7 +11,7 @@ use wide::f64x8;
 use super::bounds::{REACH_BOUND, TO_FLOAT};
 use crate::{
     camera::{Axis, Camera},
-    spheres::{LANES, Sphere, double},
+    spheres::{LANES, double},
 };
 
 /// The greatest side of a tile, in pixels.
@@ -94,15 +94,6 @@ impl EightSpheres {
         let [x, y, z, r] = sphere.map(|length| splat(f64::from(length)));
         let centre = self.x.simd_eq(x) & self.y.simd_eq(y) & self.z.simd_eq(z);
         (centre & self.r.simd_eq(r)).to_bitmask()
-    }
-
-    pub(super) fn sphere(&self, lane: usize) -> Sphere {
-        let float = |lanes: &f64x8| lanes.as_array()[lane] as f32;
-        Sphere {
-            centre: [float(&self.x), float(&self.y), float(&self.z)],
-            radius: float(&self.r),
-            colour: [0; 3],
-        }
     }
 }
 

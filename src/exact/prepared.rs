@@ -4,14 +4,14 @@ use std::ops::Range;
 
 use super::{
     bins::{Bins, Room},
-    boxes::Boxes,
-    grid::{EightSpheres, Grid},
+    boxes::PixelBox,
+    grid::Grid,
     tuning::{Bounds, Tuning},
 };
 use crate::{
     camera::{Camera, ImageSize},
     scene::{Scene, Viewport},
-    spheres::{LANES, Sphere, Spheres},
+    spheres::{Sphere, Spheres},
 };
 
 /// A scene prepared for exact drawing at one size.
@@ -55,11 +55,10 @@ pub fn may_show(
 ) -> impl Fn(&Sphere) -> bool + Sync {
     let grid = Grid::new(Camera::new(viewport, size));
     move |sphere| {
-        let [x, y, z] = sphere.centre;
-        let spheres = EightSpheres::of([[x, y, z, sphere.radius]].into_iter());
-        let boxes = Boxes::new(&grid, &spheres);
-        let [_, _, top, bottom] = boxes.sides.map(|side| side[0]);
-        boxes.visible & 1 == 1 && top < rows.end && bottom >= rows.start
+        PixelBox::new(&grid, sphere).is_some_and(|PixelBox { sides, .. }| {
+            let [_, _, top, bottom] = sides;
+            top < rows.end && bottom >= rows.start
+        })
     }
 }
 
@@ -71,19 +70,12 @@ const SCALE_SAMPLE: usize = 255;
 /// its greatest inverse depth is far from ordinary; the inverse of its radius, if less, is taken instead.
 fn scale_of(spheres: &Spheres, grid: &Grid) -> f64 {
     let step = (spheres.len() / SCALE_SAMPLE).max(1);
-    let sample: Vec<[f32; 4]> = (0..spheres.len())
-        .step_by(step)
-        .map(|at| {
-            let Sphere { centre, radius, .. } = spheres.get(at);
-            [centre[0], centre[1], centre[2], radius]
-        })
-        .collect();
-    let mut inverse_depths = Vec::with_capacity(sample.len());
-    for eight in sample.chunks(LANES) {
-        let boxes = Boxes::new(grid, &EightSpheres::of(eight.iter().copied()));
-        let visible = (0..eight.len()).filter(|lane| boxes.visible >> lane & 1 == 1);
-        inverse_depths.extend(visible.map(|lane| boxes.upper[lane].min(eight[lane][3].recip())));
-    }
+    let sample = (0..spheres.len()).step_by(step).map(|at| spheres.get(at));
+    let inverse_depth = |sphere: Sphere| {
+        let upper = PixelBox::new(grid, &sphere)?.upper;
+        Some(upper.min(sphere.radius.recip()))
+    };
+    let mut inverse_depths: Vec<f32> = sample.filter_map(inverse_depth).collect();
     let middle = inverse_depths.len() / 2;
     if inverse_depths.is_empty() {
         return 1.0;

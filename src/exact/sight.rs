@@ -20,10 +20,7 @@ use super::{
     grid::{EightSpheres, splat},
     kernels::{Number, Sight, component, difference_at, squared_length},
 };
-use crate::{
-    camera::Camera,
-    spheres::{Sphere, double},
-};
+use crate::{camera::Camera, spheres::double};
 
 #[cfg(test)]
 mod tests;
@@ -213,14 +210,7 @@ impl Order {
     }
 }
 
-/// `c = C.C - r^2`, the power of the camera with respect to the sphere. Its sign is exact,
-/// zero included, and its relative error is at most 7 U.
-pub(super) fn power_of_camera(sphere: &Sphere) -> f64 {
-    let [x, y, z] = sphere.centre.map(double);
-    power([x, y, z, double(sphere.radius)])
-}
-
-/// [`power_of_camera`] of eight spheres, whose `yz = Cy^2 + Cz^2` and `k = yz - r^2` are given. Where
+/// [`power`] of eight spheres, whose `yz = Cy^2 + Cz^2` and `k = yz - r^2` are given. Where
 /// enough of `k` is left, `Cx^2 + k` is a sum of positive terms; its relative error is below
 /// `2^-32`.
 #[inline]
@@ -234,13 +224,14 @@ pub(super) fn powers_of_camera(spheres: &EightSpheres, yz: f64x8, k: f64x8) -> f
     sure.select(powers, power([x, y, z, r]))
 }
 
-/// `c` of lengths that are floats.
+/// `c = C.C - r^2`, the power of the camera with respect to a sphere, of lengths that are floats. Its sign
+/// is exact, zero included, and its relative error is at most 7 U.
 ///
 /// The squares are exact in doubles. Their sum is kept as an expansion of doubles that do not
 /// overlap, whose largest component has the sign (J. Shewchuk,
 /// Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
 /// Predicates, 1997, section 2.4, Grow-Expansion).
-fn power<N: Number>(lengths: [N; 4]) -> N {
+pub(super) fn power<N: Number>(lengths: [N; 4]) -> N {
     let [x, y, z, r] = lengths.map(|length| length * length);
     let zero = N::constant(0.0);
     let mut expansion = [zero; 4];

@@ -15,7 +15,7 @@ use wide::f64x8;
 
 use super::{
     bins::Record,
-    boxes::Boxes,
+    boxes::PixelBox,
     coverage::Tile,
     depths::Rectangles,
     grid::{EightSpheres, Grid, SIDE},
@@ -255,8 +255,8 @@ impl Trial {
     /// The grid of its camera, with a scale that suits the sphere.
     pub(super) fn grid(&self, random: &mut Random) -> Grid {
         let mut grid = Grid::new(self.camera);
-        let boxes = Boxes::new(&grid, &self.eight());
-        grid.scale = scale(boxes.upper[0], random);
+        let its_box = PixelBox::new(&grid, &self.sphere);
+        grid.scale = scale(its_box.map_or(0.0, |its_box| its_box.upper), random);
         grid
     }
 
@@ -276,7 +276,7 @@ impl Trial {
 
     /// The sphere in that tile, if it can be seen there.
     pub(super) fn record(&self, grid: &Grid) -> Option<Record> {
-        let boxes = Boxes::new(grid, &self.eight());
+        let PixelBox { sides, upper } = PixelBox::new(grid, &self.sphere)?;
         let tile = self.tile();
         let size = self.camera.size();
         let within = |first: u32, last: u32, origin: u32, side: u32| {
@@ -285,15 +285,12 @@ impl Trial {
             let first = first.max(origin) - origin;
             met.then(|| (first as u8, (last.min(end as u32) - origin) as u8))
         };
-        if boxes.visible & 1 == 0 {
-            return None;
-        }
-        let [left, right, top, bottom] = boxes.sides.map(|side| side[0]);
+        let [left, right, top, bottom] = sides;
         let (left, right) = within(left, right, tile.column, size.width())?;
         let (top, bottom) = within(top, bottom, tile.row, size.height())?;
         Some(Record {
             sphere: self.lengths(),
-            upper: boxes.upper[0],
+            upper,
             sides: [left, right, top, bottom],
             ..Record::default()
         })

@@ -23,7 +23,7 @@ fn tiles_hold_the_spheres_whose_boxes_meet_them() {
         distance: 1.0,
     };
     let grid = Grid::new(Camera::new(viewport, size));
-    let fit_floats = Boxes::fit_floats(&grid);
+    let unit = float_unit(&grid);
     let mut random = Random::new(3);
     let spheres: Spheres = (0..300)
         .map(|_| Sphere {
@@ -40,7 +40,7 @@ fn tiles_hold_the_spheres_whose_boxes_meet_them() {
         .iter()
         .map(|Sphere { centre, radius, .. }| {
             let components = [centre[0], centre[1], centre[2], radius];
-            Boxes::of_floats(&grid, components.map(|length| [length; LANES]), fit_floats)
+            Boxes::new(&grid, components.map(f32x8::splat), unit)
         })
         .collect();
     for side in [8, 16, 32, 64] {

@@ -6,7 +6,7 @@ use super::{Bounds, Depths, FloatDepths, LANES, Rectangles, STEADY_RATIO, TANGEN
 use crate::{
     camera::{Camera, ImageSize},
     exact::{
-        boxes::Boxes,
+        boxes::PixelBox,
         grid::{Grid, float_above},
         outline::{Outline, Placement},
         trials::{Dyadic, Random, Trial, dyadic, each_trial, rectangles, scale},
@@ -196,7 +196,7 @@ fn makes_nan(trial: &Trial, scale: f64) -> Result<bool, String> {
         floats.d_sure,
         ranges.lower,
         ranges.upper,
-        Boxes::new(&grid, &trial.eight()).upper,
+        [PixelBox::new(&grid, &trial.sphere).map_or(0.0, |its_box| its_box.upper); LANES],
     ];
     if results.iter().any(|lanes| lanes[0].is_nan()) {
         return Err(format!("{floats:?} {ranges:?}"));
@@ -234,12 +234,12 @@ fn ranges_hold_every_hit() {
     let (mut covered, mut missed, mut tighter, mut inside) = (0, 0, 0, 0);
     each_trial(60_000, |trial, random| {
         let mut grid = Grid::new(trial.camera);
-        let boxes = Boxes::new(&grid, &trial.eight());
-        if boxes.visible & 1 == 0 {
+        let Some(PixelBox { upper, .. }) = PixelBox::new(&grid, &trial.sphere) else {
             return Ok(());
-        }
-        grid.scale = scale(boxes.upper[0], random);
-        let upper = Boxes::new(&grid, &trial.eight()).upper;
+        };
+        grid.scale = scale(upper, random);
+        let its_box = PixelBox::new(&grid, &trial.sphere).expect("a visible sphere");
+        let upper = [its_box.upper; LANES];
         let around = rectangles(trial, random);
         let placement = Placement {
             rows: around.rows,

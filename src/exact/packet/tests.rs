@@ -6,7 +6,7 @@ use super::{
 };
 use crate::exact::{
     bins::Record,
-    boxes::Boxes,
+    boxes::PixelBox,
     depths::Depths,
     paint::{bytes_of, colour_lane},
     trials::{Random, Trial, each_trial, on_the_surface, rectangles, scale},
@@ -49,11 +49,10 @@ fn intervals_hold_the_exact_inverse_depth() {
     let mut kinds = [0; 3];
     each_trial(100_000, |trial, random| {
         let mut grid = Grid::new(trial.camera);
-        let boxes = Boxes::new(&grid, &trial.eight());
-        if boxes.visible & 1 == 0 {
+        let Some(PixelBox { upper, .. }) = PixelBox::new(&grid, &trial.sphere) else {
             return Ok(());
-        }
-        grid.scale = scale(boxes.upper[0], random);
+        };
+        grid.scale = scale(upper, random);
         let around = rectangles(trial, random);
         let depths = Depths::new(&grid, &around, &trial.eight()).to_floats(Bounds::Proven);
         if depths.known & 1 == 0 {

@@ -1,6 +1,6 @@
 //! Intersections in doubles, against dyadic rationals.
 
-use super::{Order, Rays, Sights, Targets, power_of_camera};
+use super::{Order, Rays, Sights, Targets, power};
 use crate::exact::{
     bounds::U,
     integers,
@@ -16,7 +16,7 @@ use std::cmp::Ordering;
 fn the_power_of_the_camera_has_the_right_sign_and_seven_roundings() {
     each_trial(100_000, |trial, _| {
         let exact = trial.truth().c;
-        let rounded = power_of_camera(&trial.sphere);
+        let rounded = power(trial.lengths().map(f64::from));
         let zero = Dyadic::ZERO;
         let right = (rounded > 0.0) == (exact > zero) && (rounded < 0.0) == (exact < zero);
         let (error, bound) = (dyadic(rounded) - &exact, dyadic(7.0 * U) * &exact);
@@ -125,7 +125,7 @@ fn the_order_of_two_spheres_is_that_of_their_hits() {
         let [Some(first), Some(second)] = &hits[..] else {
             return Err("an order of spheres that are not hit".into());
         };
-        let within = spheres.iter().filter(|of| power_of_camera(of) <= 0.0);
+        let within = lengths.iter().filter(|of| power(of.map(f64::from)) <= 0.0);
         told[within.count()][usize::from(said == Ordering::Less)] += 1;
         if first.cmp(second) == said {
             Ok(())
