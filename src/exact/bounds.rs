@@ -273,16 +273,6 @@ pub(super) const SUM_OF_PARTS_BOUND: f64 = 4.0 * U32;
 /// The bound of `D` has 6.
 pub(super) const DEPTH_INFLATION: f64 = 8.0 * U32;
 
-/// The tangent plane of a sphere around the camera is used where the greatest `D` is less than
-/// this many times the one in the middle. A choice: [`TANGENT_BOUND`] is proven for it, and any
-/// smaller number is as right.
-pub(super) const STEADY_RATIO: f64 = 8.0;
-
-/// What `D` is wrong by makes that plane wrong by, in units of the bound of `D` over the root in
-/// the middle: 5.7 where that bound is below `9/16` of the `D` in the middle. Elsewhere the
-/// bound of the plane is then below `b` (theorem 5), for which any smaller number is too little.
-pub(super) const TANGENT_BOUND: f64 = 8.0;
-
 /// Of `B` of a sphere on whose surface the camera is, if less than this share of the magnitudes of
 /// its terms is left, too much has cancelled for it to be used. With this choice, any other `B` is
 /// wrong by less than the `2^-31` of it that [`TO_FLOAT`] holds:

@@ -12,7 +12,7 @@ use wide::{f64x8, i32x8, u32x8};
 
 use super::{
     bins::{EightRecords, Record},
-    depths::{Depths, Rectangles, SphereDepths},
+    depths::{DepthRanges, Depths, Rectangles, SphereDepths},
     grid::{Grid, SIDE},
     outline::{EightRows, Outline, Placement},
     radical::{self, Nearer, NearerColumns, common_sides},
@@ -200,10 +200,10 @@ fn fill_boxes(
     outlines: &mut [Outline; LANES],
 ) {
     let depths = Depths::new(grid, rectangles, &eight.spheres);
-    let ranges = depths.ranges([0.0; LANES], [f32::INFINITY; LANES]);
+    let DepthRanges { covered, lower, .. } = depths.ranges();
     for (lane, outline) in outlines.iter_mut().enumerate() {
-        if outline.is_unknown() && ranges.covered >> lane & 1 == 1 {
-            *outline = outline.of_box(ranges.lower[lane]);
+        if outline.is_unknown() && covered >> lane & 1 == 1 {
+            *outline = outline.of_box(lower[lane]);
         }
     }
 }

@@ -12,7 +12,7 @@ use super::{
     bins::{Candidate, EightBoxes, EightRecords, Record},
     bits::set_bits,
     coverage::{Coverage, Tile},
-    depths::{Depths, FloatDepths},
+    depths::{DepthRanges, Depths, FloatDepths},
     grid::SIDE,
     packet::{InDoubles, Meetings, PixelRow},
     prepared::Prepared,
@@ -341,7 +341,7 @@ impl PreparedTile<'_> {
     }
 }
 
-/// Gives large spheres the bounds of their inverse depths in this tile, and drops those that
+/// Gives large spheres the upper bounds of their inverse depths in this tile, and drops those that
 /// are hidden in it. Returns the inverse depth behind which one of them hides everything.
 fn refine(crowded: &PreparedTile<'_>, large: &mut Vec<Record>) -> f32 {
     let mut floor = f32::NEG_INFINITY;
@@ -351,18 +351,17 @@ fn refine(crowded: &PreparedTile<'_>, large: &mut Vec<Record>) -> f32 {
     let tile = &crowded.tile;
     for chunk in large.chunks_mut(LANES) {
         let eight = EightRecords::of(chunk);
-        let depths = Depths::new(
-            &crowded.prepared.grid,
-            &tile.rectangles(&eight),
-            &eight.spheres,
-        );
-        let last = chunk.len() - 1;
-        let uppers = std::array::from_fn(|lane| chunk[lane.min(last)].upper);
-        let ranges = depths.ranges([0.0; LANES], uppers);
+        let rectangles = tile.rectangles(&eight);
+        let depths = Depths::new(&crowded.prepared.grid, &rectangles, &eight.spheres);
+        let DepthRanges {
+            covered,
+            lower,
+            upper,
+        } = depths.ranges();
         for (lane, record) in chunk.iter_mut().enumerate() {
-            record.upper = ranges.upper[lane];
-            if ranges.covered >> lane & 1 == 1 && tile.is_all_of(record) {
-                floor = floor.max(ranges.lower[lane]);
+            record.upper = record.upper.min(upper[lane]);
+            if covered >> lane & 1 == 1 && tile.is_all_of(record) {
+                floor = floor.max(lower[lane]);
             }
         }
     }

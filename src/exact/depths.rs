@@ -22,8 +22,7 @@ use wide::f64x8;
 use super::{
     bounds::{
         B_BOUND, COEFFICIENT_BOUND, CROSS_BOUND, D_BOUND, DEPTH_INFLATION, OVERFLOW_LIMIT,
-        PLANE_BOUND, POWER_BOUND, STEADY_RATIO, SUM_OF_PARTS_BOUND, SURE_SHARE, TANGENT_BOUND,
-        UNDERFLOW_BOUND,
+        PLANE_BOUND, POWER_BOUND, SUM_OF_PARTS_BOUND, SURE_SHARE, UNDERFLOW_BOUND,
     },
     grid::{EightSpheres, Grid, float_above, float_below, splat},
     kernels::{Middle, Steps, over_power},
@@ -67,8 +66,6 @@ pub(super) struct Depths {
     b_terms: f64x8,
     /// Lanes whose polynomials are valid.
     known: f64x8,
-    /// Lanes whose sphere is hit in no pixel of the rectangle.
-    missed: f64x8,
     /// `c`; its sign is exact.
     power: f64x8,
 }
@@ -178,9 +175,9 @@ pub(super) struct FloatDepths {
 pub(super) struct DepthRanges {
     /// Lanes whose sphere is hit in every pixel.
     pub(super) covered: u32,
-    /// The lower bound of the inverse depth of every hit.
+    /// The lower bound of these lanes.
     pub(super) lower: [f32; LANES],
-    /// The upper bound of the inverse depth of every hit; negative if there is no hit.
+    /// The upper bound of the inverse depth of every hit; negative only if there is no hit.
     pub(super) upper: [f32; LANES],
 }
 
@@ -248,7 +245,6 @@ impl Depths {
         let (outside, inside) = (c.simd_gt(zero), c.simd_lt(zero));
         let greatest = splat(OVERFLOW_LIMIT);
         let finite = (d_terms + d_bound).simd_lt(greatest) & (b_upper + bound).simd_lt(greatest);
-        let away = outside & (b00 + b_linear).simd_lt(-b_bound);
         Self {
             around: *around,
             middle: [middle.x0, middle.y0],
@@ -260,7 +256,6 @@ impl Depths {
             b_linear,
             b_terms,
             known: (outside | inside) & finite,
-            missed: outside & finite & (away | highest.simd_lt(-d_bound)),
             power: c,
         }
     }
@@ -361,71 +356,36 @@ impl Depths {
         }
     }
 
-    /// Bounds of the inverse depths in the rectangles, given those of the whole spheres.
+    /// Bounds of the inverse depths in the rectangles.
     ///
-    /// For any `g > 0`, `sqrt d <= (g + d/g)/2`; with `g = sqrt d00` that is the tangent
-    /// plane. If the camera is outside the sphere, the visible region is convex and `1/z` is
-    /// concave in it: its least value is at a corner of the rectangle, or on the outline,
-    /// where it is `b`. If the camera is inside, `1/z` is convex and above its tangent plane.
+    /// If the camera is outside the sphere, the visible region is convex and `1/z` is concave in it:
+    /// its least value is at a corner of the rectangle. From inside, every pixel sees the far wall.
     /// (Theorem 5.)
-    #[inline]
-    pub(super) fn ranges(&self, lower: [f32; LANES], upper: [f32; LANES]) -> DepthRanges {
-        let (zero, half) = (splat(0.0), splat(0.5));
-        let &Self {
-            d: [d00, d10, d01, d20, d11, d02],
-            b: [b00, b10, b01],
-            d_bound,
-            bound,
-            ..
-        } = self;
+    pub(super) fn ranges(&self) -> DepthRanges {
+        let zero = splat(0.0);
+        let &Self { d, b, d_bound, .. } = self;
+        let ([d00, d10, d01, d20, d11, d02], [b00, b10, b01]) = (d, b);
         let (s, t) = (self.around.across, self.around.down);
         let outside = self.power.simd_gt(zero);
-        let root = d00.fast_max(zero).sqrt();
-        let inverse = half / root;
-        let slope = s * (d10 * inverse + b10).abs() + t * (d01 * inverse + b01).abs();
-        let bulge = s * s * d20.fast_max(zero) + t * t * d02.fast_max(zero) + s * t * d11.abs();
-        let tangent = b00 + root + slope + (bulge + d_bound) * inverse;
-        let interval = b00 + self.b_linear + self.d_upper.sqrt();
-        let above = minimum(tangent, interval) + bound;
-
         let mut corners = splat(f64::INFINITY);
         let mut covered = outside;
         for (p, q) in [(s, t), (s, -t), (-s, t), (-s, -t)] {
-            let (pp, pq, qq) = (p * p, p * q, q * q);
-            let d = d00 + d10 * p + d01 * q + d20 * pp + d11 * pq + d02 * qq;
+            let d = d00 + d10 * p + d01 * q + d20 * (p * p) + d11 * (p * q) + d02 * (q * q);
             let b = b00 + b10 * p + b01 * q;
-            covered = covered & d.simd_gt(d_bound) & b.simd_gt(bound);
-            corners = minimum(corners, b + (d - d_bound).fast_max(zero).sqrt());
+            covered = covered & d.simd_gt(d_bound) & b.simd_gt(self.bound);
+            corners = corners.fast_min(b + (d - d_bound).fast_max(zero).sqrt());
         }
-        let plane = b00 - self.b_linear;
-        let from_outside = covered.select(corners, plane);
-        // The error of the gradient grows with the ratio of the greatest d to d00.
-        let steady = self.d_upper.simd_lt(splat(STEADY_RATIO) * d00);
-        let from_inside = b00 + root - slope - splat(2.0 * TANGENT_BOUND) * d_bound * inverse;
-        let from_inside = steady.select(from_inside, zero);
-        let below = outside.select(from_outside, from_inside) - bound;
-
-        let known = self.known;
-        let lanes = |whole: [f32; LANES]| f64x8::new(whole.map(f64::from));
-        let (whole_lower, whole_upper) = (lanes(lower), lanes(upper));
-        let below = known.select(below, zero);
-        let lower = below.simd_gt(whole_lower).select(below, whole_lower);
-        let upper = minimum(known.select(above, whole_upper), whole_upper);
-        // From inside, every pixel sees the far wall.
-        let covered = outside.select(covered, known);
+        let linear = s * d10.abs() + t * d01.abs();
+        let span = linear + s * s * d20.abs() + t * t * d02.abs() + s * t * d11.abs();
+        let least_root = (d00 - span - d_bound).fast_max(zero).sqrt();
+        let inside = b00 - self.b_linear + least_root;
+        let lower = outside.select(corners, inside) - self.bound;
+        let upper = b00 + self.b_linear + self.d_upper.sqrt() + self.bound;
+        let upper = self.known.select(upper, splat(f64::INFINITY));
         DepthRanges {
-            covered: (covered & known).to_bitmask(),
+            covered: (outside.select(covered, self.known) & self.known).to_bitmask(),
             lower: lower.to_array().map(float_below),
-            upper: self
-                .missed
-                .select(splat(-1.0), upper)
-                .to_array()
-                .map(float_above),
+            upper: upper.to_array().map(float_above),
         }
     }
-}
-
-/// The minimum of each lane; `b` where `a` is NaN.
-fn minimum(a: f64x8, b: f64x8) -> f64x8 {
-    a.simd_lt(b).select(a, b)
 }

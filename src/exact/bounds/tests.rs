@@ -314,24 +314,6 @@ fn what_k_is_wrong_by() {
     assert_counted("FACTOR_ERRORS_OF_K", FACTOR_ERRORS_OF_K, 1.0, derived, 0);
 }
 
-/// The tangent plane of theorem 5, whose bound is in units of `E/R`: with `E` the bound of `D` in
-/// units of the `D` in the middle, `R^2`.
-#[test]
-fn the_tangent_plane_is_within_its_bound() {
-    let linear = STEADY_RATIO - 1.0;
-    // What the plane is wrong by at most, while the root in the middle is surely a number.
-    let needed = |bound: f64| {
-        let root = (1.0 - bound).sqrt();
-        1.0 + 1.0 / root + 0.5 * linear / ((1.0 + root) * root)
-    };
-    // From here on the plane is below `b`.
-    let below_b = (0.5 * linear + 1.0) / TANGENT_BOUND;
-    assert!(below_b < 1.0);
-    let steps = (0..=1000).map(|step| below_b * f64::from(step) / 1000.0);
-    let most = steps.map(needed).fold(0.0, f64::max);
-    assert!(most < TANGENT_BOUND, "{most} E/R");
-}
-
 #[test]
 fn rows_in_floats() {
     let q = Traced::rounded("q", 0);
