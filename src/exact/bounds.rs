@@ -31,7 +31,7 @@ pub(super) const U32: f64 = f32::EPSILON as f64 / 2.0;
 /// | --- | --- | --- |
 /// | to a float | 1 | 1 |
 /// | the factor, the sum, and less than 98 before: of doubles | `2^-22` | `1 + 2^-22` |
-/// | `c` of the farthest visible point, or `B` of [`SURFACE_LIMIT`], in all `2^-31` | `2^-7` | below `1 + 2^-6` |
+/// | `c` of the farthest visible point, `2^-31` | `2^-7` | below `1 + 2^-6` |
 /// | to spare | above `1 - 2^-6` | 2 |
 pub(super) const TO_FLOAT: f64 = 2.0 * U32;
 
@@ -273,17 +273,26 @@ pub(super) const SUM_OF_PARTS_BOUND: f64 = 4.0 * U32;
 /// The bound of `D` has 6.
 pub(super) const DEPTH_INFLATION: f64 = 8.0 * U32;
 
-/// Of `B` of a sphere on whose surface the camera is, if less than this share of the magnitudes of
-/// its terms is left, too much has cancelled for it to be used. With this choice, any other `B` is
-/// wrong by less than the `2^-31` of it that [`TO_FLOAT`] holds:
+/// `B/r` in floats of a sphere on whose surface the camera is, of the magnitudes of its terms.
 ///
 /// | term | roundings | sum |
 /// | --- | --- | --- |
-/// | `X` or `Y` | 3 | 3 |
-/// | the product, two sums | 3 | 6 |
-/// | to spare | 1 | 7 |
-/// | over `2^-19` | | below `2^-31` |
-pub(super) const SURFACE_LIMIT: f64 = 1.0 / (1 << 19) as f64;
+/// | `C/r` | 1 | 1 |
+/// | `X` or `Y` | 1 | 2 |
+/// | the product, two sums | 3 | 5 |
+/// | of doubles, and to spare | 1 | 6 |
+pub(super) const SURFACE_BOUND: f64 = 6.0 * U32;
+
+/// The inverse depth of its hit in floats.
+///
+/// | term | roundings | sum |
+/// | --- | --- | --- |
+/// | `A`: `X` or `Y` twice, the square, two sums | 5 | 5 |
+/// | the sum of `B/r` and its bound, the quotient | 2 | 7 |
+/// | `g/(2 r)`, the product | 2 | 9 |
+/// | the factor itself | 1 | 10 |
+/// | of doubles, and to spare | 2 | 12 |
+pub(super) const SURFACE_QUOTIENT: f64 = 12.0 * U32;
 
 // Radical planes: theorem 10.
 

@@ -7,6 +7,7 @@ use wide::{f32x8, f64x8};
 
 use super::bounds::{
     SIGHT_CROSS, SIGHT_DOT, SIGHT_QUOTIENT, SIGHT_SQUARED_CROSS, SIGHT_SQUARED_RADIUS,
+    SURFACE_QUOTIENT,
 };
 
 /// The numbers that a formula is evaluated with. A fused operation rounds once, or twice where the
@@ -158,6 +159,17 @@ pub(super) fn squared_ray<N: Number>([x, y]: [N; 2]) -> N {
 #[inline(always)]
 pub(super) fn dot<N: Number>([x, y, z]: [N; 3], [ray_x, ray_y]: [N; 2]) -> N {
     x.times_plus(ray_x, y.times_plus(ray_y, z))
+}
+
+/// Bounds of the inverse depth of a sphere on whose surface the camera is, in floats: `A g/(2 B)`, with
+/// `b = B/r`, which is above its `bound`, and `half = g/(2 r)`.
+#[inline(always)]
+pub(super) fn on_the_surface<N: Number>(a: N, b: N, bound: N, half: N) -> [N; 2] {
+    let (below, above) = (1.0 - SURFACE_QUOTIENT, 1.0 + SURFACE_QUOTIENT);
+    [
+        a / (b + bound) * half * N::constant(below),
+        a / (b - bound) * half * N::constant(above),
+    ]
 }
 
 /// A sphere `(x, y, z)`, `r`, and the ray through the middle of a rectangle.

@@ -16,15 +16,17 @@
 //! Instead of the leader's `lower`, the width `upper - lower` is kept, rounded up to a power of
 //! two: its exponent is the fourth byte of the colour.
 
+use std::ops::Range;
+
 use bytemuck::Pod;
 use wide::{f32x8, f64x8, u32x8};
 
 use super::{
     bins::{EightBoxes, EightRecords, Record},
-    bounds::SURFACE_LIMIT,
+    bounds::{SURFACE_BOUND, UNDERFLOW_BOUND},
     depths::FloatDepths,
     grid::{Grid, SIDE, STEPS, float_above, float_below, splat},
-    kernels::{dot, in_column, in_row, squared_ray},
+    kernels::{dot, in_column, in_row, on_the_surface, squared_ray},
     paint::colour_lane,
     sight::{Rays, Sights, Targets},
     tuning::Bounds,
@@ -329,30 +331,34 @@ impl<'a> InDoubles<'a> {
     pub(super) fn meet(&self, rows: &mut [PixelRow], wanted: &[u64; SIDE]) -> u64 {
         if self.bounds == Bounds::Refused {
             let anything = (f32x8::splat(0.0), f32x8::splat(f32::INFINITY));
-            return self.meet_each(rows, wanted, |_, _| anything);
+            return self.meet_each(rows, wanted, |_| move |_| anything);
         }
         let targets = Targets::of(std::iter::once(self.record.sphere));
-        if targets.are_touched() {
-            let surface = Surface::new(self.grid, self.record.sphere);
-            return self.meet_each(rows, wanted, |column, row| surface.interval(column, row));
+        if targets.are_touched()
+            && let Some(surface) = Surface::new(self.grid, self.record.sphere)
+        {
+            return self.meet_each(rows, wanted, |column| surface.intervals(column));
         }
         // The factor from inverse depths of a ray through the viewport to those of the grid.
         let scale = splat(self.grid.scale / self.grid.camera().z_double());
-        self.meet_each(rows, wanted, |column, row| {
-            let rays = Rays::of_row(self.grid.camera(), column, row);
-            let sights = Sights::new(&rays, &targets);
-            interval(sights.lower * scale, sights.upper * scale)
+        self.meet_each(rows, wanted, |column| {
+            let targets = &targets;
+            move |row| {
+                let rays = Rays::of_row(self.grid.camera(), column, row);
+                let sights = Sights::new(&rays, targets);
+                interval(sights.lower * scale, sights.upper * scale)
+            }
         })
     }
 
     /// Meets it in packets, each with the bounds of its inverse depths in the eight pixels from a
     /// column and a row of the picture on.
     #[inline(always)]
-    fn meet_each(
+    fn meet_each<Row: Fn(u32) -> (f32x8, f32x8)>(
         &self,
         rows: &mut [PixelRow],
         wanted: &[u64; SIDE],
-        bounds: impl Fn(u32, u32) -> (f32x8, f32x8),
+        bounds: impl Fn(u32) -> Row,
     ) -> u64 {
         let packets = EightRecords::of(std::slice::from_ref(self.record))
             .boxes
@@ -361,15 +367,15 @@ impl<'a> InDoubles<'a> {
         let colour = u32x8::splat(colour_lane(self.record.colour));
         let mut met = 0;
         for first in (left..right + 1).step_by(LANES) {
+            let bounds = bounds(self.corner.0 + first as u32);
             for row in top..bottom + 1 {
                 if wanted[row] & 0xff << first == 0 {
                     continue;
                 }
-                let (column, line) = (self.corner.0 + first as u32, self.corner.1 + row as u32);
-                let (lower, upper) = bounds(column, line);
+                let (lower, upper) = bounds(self.corner.1 + row as u32);
                 let pixels = &mut rows[row];
                 let leader: f32x8 = packet(&pixels.upper, first);
-                let leads = upper.simd_gt(leader);
+                let leads = greater(upper, leader);
                 pixels.update(first, upper, leads, colour | exponents(upper - lower));
                 met += 1;
             }
@@ -387,48 +393,65 @@ fn interval(lower: f64x8, upper: f64x8) -> (f32x8, f32x8) {
     )
 }
 
-/// A sphere on whose surface the camera is.
+/// A sphere on whose surface the camera is, in floats.
 struct Surface<'a> {
     grid: &'a Grid,
-    centre: [f64x8; 3],
-    /// Where the magnitude of `B` is not above this, its sign is in doubt.
-    limit: f64x8,
-    /// Half of the scale of inverse depths.
-    scale: f64x8,
+    /// `C/r`
+    centre: [f32x8; 3],
+    /// The error bound of `B/r`.
+    bound: f32x8,
+    /// `g/(2 r)`
+    half: f32x8,
 }
 
+/// The greatest `|V|` for which floats are used, and what `g/(2 r)` may be. A choice, not an error.
+const SURFACE_REACH: f64 = 1024.0;
+const SURFACE_SCALES: Range<f64> = 1.0 / (1_u64 << 60) as f64..(1_u64 << 60) as f64;
+
 impl<'a> Surface<'a> {
-    fn new(grid: &'a Grid, [x, y, z, _]: [f32; 4]) -> Self {
-        let centre = [x, y, z].map(|length| splat(double(length)));
+    /// If floats can be used.
+    fn new(grid: &'a Grid, [x, y, z, r]: [f32; 4]) -> Option<Self> {
+        let half = 0.5 * grid.scale / double(r);
+        if grid.reach > SURFACE_REACH || !SURFACE_SCALES.contains(&half) {
+            return None;
+        }
+        let centre = [x, y, z].map(|length| double(length) / double(r));
         // No ray has a greater `|X|` or `|Y|` than that of the first pixel.
         let first = splat(0.0);
-        let corner = [grid.x_axis.x(first), grid.y_axis.y(first)].map(f64x8::abs);
-        Self {
+        let corner = [grid.x_axis.x(first), grid.y_axis.y(first)];
+        let corner = corner.map(|axis| axis.abs().to_array()[0]);
+        let terms = dot(centre.map(f64::abs), corner);
+        let floats = |value: f32| f32x8::splat(value);
+        Some(Self {
             grid,
-            centre,
-            limit: splat(SURFACE_LIMIT) * dot(centre.map(f64x8::abs), corner),
-            scale: splat(0.5 * grid.scale),
-        }
+            centre: centre.map(|length| floats(length as f32)),
+            bound: floats(float_above(SURFACE_BOUND * terms + UNDERFLOW_BOUND)),
+            half: floats(half as f32),
+        })
     }
 
+    /// The bounds in the eight pixels from a column on, by the row.
+    ///
     /// ```text
     /// 1/z = A/(2 B)      B > 0; else there is no hit
     /// ```
     ///
-    /// Of a hit in doubt the bounds are 0 and infinity. (Theorem 4.)
+    /// Of a hit in doubt they are 0 and infinity. (Theorem 4.)
     #[inline(always)]
-    fn interval(&self, column: u32, row: u32) -> (f32x8, f32x8) {
+    fn intervals(&self, column: u32) -> impl Fn(u32) -> (f32x8, f32x8) {
+        let float = |value: f64| value as f32;
         let columns = splat(f64::from(column)) + f64x8::new(STEPS.map(f64::from));
-        let x = self.grid.x_axis.x(columns);
-        let y = self.grid.y_axis.y(splat(f64::from(row)));
-        let b = dot(self.centre, [x, y]);
-        let inverse_depth = squared_ray([x, y]) / b * self.scale;
-        let hit = b.simd_gt(self.limit);
-        let missed = b.simd_lt(-self.limit);
-        let none = missed.select(splat(f64::NEG_INFINITY), splat(f64::INFINITY));
-        interval(
-            hit.select(inverse_depth, splat(0.0)),
-            hit.select(inverse_depth, none),
-        )
+        let x = f32x8::new(self.grid.x_axis.x(columns).to_array().map(float));
+        move |row| {
+            let y = self.grid.y_axis.y(splat(f64::from(row)));
+            let ray = [x, f32x8::new(y.to_array().map(float))];
+            let b = dot(self.centre, ray);
+            let [lower, upper] = on_the_surface(squared_ray(ray), b, self.bound, self.half);
+            let hit = b.simd_gt(self.bound);
+            // Minus infinity where B is certainly negative.
+            let sign = (b + self.bound) & f32x8::splat(-0.0);
+            let in_doubt = sign | f32x8::splat(f32::INFINITY);
+            (hit.select(lower, f32x8::ZERO), hit.select(upper, in_doubt))
+        }
     }
 }

@@ -24,10 +24,10 @@ use crate::{
     exact::{
         grid::SIDE,
         kernels::{
-            Middle, MiddleRow, Number, Sight, Steps, before, component, difference_at, farthest,
-            in_column, in_row, nearest_beside, over_power, power_difference, quadratic,
-            radical_plane, row_factor, row_middle, squared_length, squared_ray, touching,
-            touching_beside,
+            Middle, MiddleRow, Number, Sight, Steps, before, component, difference_at, dot,
+            farthest, in_column, in_row, nearest_beside, on_the_surface, over_power,
+            power_difference, quadratic, radical_plane, row_factor, row_middle, squared_length,
+            squared_ray, touching, touching_beside,
         },
     },
     spheres::LANES,
@@ -109,14 +109,19 @@ fn conversions_to_floats() {
     assert!((needed..2.0 * needed).contains(&TO_FLOAT));
 }
 
-/// What is wrong with `B` of a sphere on whose surface the camera is, is within the same.
+/// `C/r`, `X` and `Y` as floats, of doubles that have few roundings themselves.
 #[test]
 fn inverse_depths_from_the_surface() {
-    let a = squared_ray([middle().x0, middle().y0]);
-    let others = greatest(&[a / Traced::rounded("b", 0)], &[]);
-    assert!(others < 98, "{others} other roundings");
-    let derived = f64::from(greatest(&[middle().dot()], &[]) + 1) * U / SURFACE_LIMIT;
-    assert_least("of SURFACE_LIMIT", 2.0 * NEARLY, derived);
+    let rounded = |name| Traced::rounded(name, 1);
+    let ray = ["X", "Y"].map(rounded);
+    let b = dot(["Cx/r", "Cy/r", "Cz/r"].map(rounded), ray);
+    assert_counted("SURFACE_BOUND", SURFACE_BOUND, U32, greatest(&[b], &[]), 0);
+    let a = squared_ray(ray);
+    let bound = Traced::rounded("bound", 0);
+    let b = Traced::rounded("b", 0);
+    let depths = on_the_surface(a, b, bound, rounded("g/2r"));
+    let derived = greatest(&depths, &[]);
+    assert_counted("SURFACE_QUOTIENT", SURFACE_QUOTIENT, U32, derived, 1);
 }
 
 /// A factor `1 + bound` that is no number of its format is not the one that was counted.
@@ -124,6 +129,10 @@ fn inverse_depths_from_the_surface() {
 fn factors_are_exact() {
     for bound in [REACH_BOUND, BESIDE_BOUND, TO_FLOAT, SIGHT_QUOTIENT] {
         assert_eq!([1.0 + bound - 1.0, 1.0 - (1.0 - bound)], [bound; 2]);
+    }
+    for bound in [FLOAT_UPPER_BOUND, SURFACE_QUOTIENT] {
+        let factors = [1.0 + bound, 1.0 - bound];
+        assert_eq!(factors.map(|factor| f64::from(factor as f32)), factors);
     }
     for bound in [ROW_INFLATION, DEPTH_INFLATION] {
         assert_eq!(1.0 + bound - 1.0, bound);

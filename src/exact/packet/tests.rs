@@ -1,8 +1,9 @@
 //! The intervals of packets, in floats and in doubles, against dyadic rationals.
 
 use super::{
-    Bounds, EightRecords, Grid, InDoubles, LANES, Meetings, PixelRow, SIDE, STEPS, Terms,
-    exponents, f32x8, f64x8, in_column, in_row, packet, splat, u32x8, widths,
+    Bounds, EightRecords, Grid, InDoubles, LANES, Meetings, PixelRow, SIDE, STEPS, SURFACE_REACH,
+    SURFACE_SCALES, Surface, Terms, exponents, f32x8, f64x8, in_column, in_row, packet, splat,
+    u32x8, widths,
 };
 use crate::exact::{
     bins::Record,
@@ -124,7 +125,7 @@ fn doubles_hold_the_exact_inverse_depth() {
 
 /// Of spheres on whose surface the camera is. Half of the rays nearly touch it there.
 #[test]
-fn doubles_hold_inverse_depths_from_the_surface() {
+fn floats_hold_inverse_depths_from_the_surface() {
     let mut kinds = [0; 3];
     each_trial(60_000, |trial, random| {
         let mut trial = *trial;
@@ -152,6 +153,21 @@ fn doubles_hold_inverse_depths_from_the_surface() {
         met > 20_000 && doubtful > 1_000 && missed > 20_000,
         "only {kinds:?}"
     );
+}
+
+/// Beyond these ranges such a sphere is met in doubles.
+#[test]
+fn floats_are_used_on_the_surface_within_their_ranges_only() {
+    let fits = |reach: f64, scale: f64| {
+        let mut grid = Trial::new(0).grid(&mut Random::new(0));
+        (grid.reach, grid.scale) = (reach, scale);
+        // `g/(2 r)` is the scale.
+        Surface::new(&grid, [0.0, 0.0, 0.5, 0.5]).is_some()
+    };
+    assert!(fits(SURFACE_REACH, 1.0) && !fits(SURFACE_REACH.next_up(), 1.0));
+    let (least, most) = (SURFACE_SCALES.start, SURFACE_SCALES.end);
+    assert!(fits(1.0, least) && !fits(1.0, least.next_down()));
+    assert!(fits(1.0, most.next_down()) && !fits(1.0, most));
 }
 
 #[test]
