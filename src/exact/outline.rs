@@ -295,47 +295,54 @@ impl Outline {
         record: &Record,
         rows: &mut Vec<EightRows>,
     ) {
+        let in_box = |octet: usize| EightRows::of_box(record, octet * LANES);
         match self.shape {
-            Shape::Between if self.m_bound > 0.0 => rows.extend(octets.map(|octet| {
-                let ahead = self.ahead(octet * LANES);
-                self.cut(octet * LANES, width, ahead, Self::between)
-            })),
-            Shape::Between => {
-                let cut = |octet| self.cut(octet * LANES, width, (0xff, 0xff), Self::between);
-                // The covered set is convex: if it has the first and the last rows, it has the
-                // whole tile.
-                let (first, last) = (octets.start, octets.end - 1);
-                if first + 1 < last && record.columns() == (0..width) {
-                    let (above, below) = (cut(first), cut(last));
-                    let all = EightRows::all(width);
-                    if above.inner == all.inner && below.inner == all.inner {
-                        rows.extend(octets.map(|_| all));
-                        return;
-                    }
-                    rows.push(above);
-                    rows.extend((first + 1..last).map(cut));
-                    rows.push(below);
-                } else {
-                    rows.extend(octets.map(cut));
-                }
+            Shape::Between if self.m_bound > 0.0 => {
+                self.cut_rows::<true>(octets, width, record, rows, Self::between);
             }
-            Shape::From => rows.extend(
-                octets.map(|octet| self.cut(octet * LANES, width, (0xff, 0xff), Self::from)),
-            ),
-            Shape::UpTo => rows.extend(
-                octets.map(|octet| self.cut(octet * LANES, width, (0xff, 0xff), Self::up_to)),
-            ),
+            Shape::Between => self.cut_rows::<false>(octets, width, record, rows, Self::between),
+            Shape::From => self.cut_rows::<false>(octets, width, record, rows, Self::from),
+            Shape::UpTo => self.cut_rows::<false>(octets, width, record, rows, Self::up_to),
             Shape::Everywhere => rows.extend(octets.map(|_| EightRows::all(width))),
-            Shape::Box => rows.extend(octets.map(|octet| {
-                let rows = EightRows::of_box(record, octet * LANES);
-                EightRows {
-                    inner: rows.outer,
-                    ..rows
-                }
+            Shape::Box => rows.extend(octets.map(in_box).map(|rows| EightRows {
+                inner: rows.outer,
+                ..rows
             })),
-            Shape::Unknown => {
-                rows.extend(octets.map(|octet| EightRows::of_box(record, octet * LANES)));
-            }
+            Shape::Unknown => rows.extend(octets.map(in_box)),
+        }
+    }
+
+    /// [`rows`](Self::rows) between the ends of each row, of those `AHEAD` if that is asked.
+    #[inline(always)]
+    fn cut_rows<const AHEAD: bool>(
+        &self,
+        octets: Range<usize>,
+        width: usize,
+        record: &Record,
+        rows: &mut Vec<EightRows>,
+        ends: impl Fn(&Cut) -> Ends + Copy,
+    ) {
+        let cut = |octet: usize| {
+            let ahead = if AHEAD {
+                self.ahead(octet * LANES)
+            } else {
+                (0xff, 0xff)
+            };
+            self.cut(octet * LANES, width, ahead, ends)
+        };
+        let (first, last) = (octets.start, octets.end - 1);
+        if first + 1 >= last || record.columns() != (0..width) {
+            rows.extend(octets.map(cut));
+            return;
+        }
+        // The covered set is convex: if it has the first and the last rows, it has the whole tile.
+        let (above, below, all) = (cut(first), cut(last), EightRows::all(width));
+        if above.inner == all.inner && below.inner == all.inner {
+            rows.extend(octets.map(|_| all));
+        } else {
+            rows.push(above);
+            rows.extend((first + 1..last).map(cut));
+            rows.push(below);
         }
     }
 }
@@ -509,12 +516,9 @@ impl Outline {
 
     /// Which of eight rows are certainly in front of the camera, and which possibly.
     fn ahead(&self, first: usize) -> (u32, u32) {
-        let m = |lane: usize| {
-            let q = (first + lane) as f64 - f64::from(self.row);
-            self.rising * q + self.level
-        };
-        let rows =
-            |bound: f64| (0..LANES).fold(0, |rows, lane| rows | u32::from(m(lane) > bound) << lane);
+        let q = splat(first as f64 - f64::from(self.row)) + f64x8::new(STEPS.map(f64::from));
+        let m = splat(self.rising) * q + splat(self.level);
+        let rows = |bound: f64| m.simd_gt(splat(bound)).to_bitmask();
         (rows(self.m_bound), rows(-self.m_bound))
     }
 }
