@@ -202,18 +202,15 @@ impl<'a> Band<'a> {
         records.extend(touching.map(|large| large.record(tile.column, tile.row, side)));
         let large_count = records.len();
         let small = bins.records(tile.column / side, tile.row / side);
-        let count = records.len() + bins.count(tile.column / side, tile.row / side);
-        if count > CROWD {
-            self.paint_pending();
-            self.draw_crowd(tile);
-            return;
+        let count = large_count + bins.count(tile.column / side, tile.row / side);
+        if count <= CROWD {
+            records.extend(small.flatten().filter(|record| !tile.is_beside(record)));
+            if records.is_empty() {
+                return;
+            }
         }
-        records.extend(small.flatten().filter(|record| !tile.is_beside(record)));
-        if records.is_empty() {
-            return;
-        }
-        let area = records.iter().map(Record::area).sum::<usize>();
-        if records.len() > SMALL_CROWD && area > DEEP_CROWD * SIDE * SIDE {
+        let area = || records.iter().map(Record::area).sum::<usize>();
+        if count > CROWD || records.len() > SMALL_CROWD && area() > DEEP_CROWD * SIDE * SIDE {
             records.truncate(large_count);
             self.paint_pending();
             self.draw_crowd(tile);
