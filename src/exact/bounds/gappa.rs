@@ -256,7 +256,7 @@ fn sight_squared_radius(fused: bool, share: f64) -> String {
     let mut script = Script::new(fused, &ranges);
     let pair = script.number(way.squared_radius);
     // A unit is left for the difference.
-    script.prove(&within(&pair, (SIGHT_SQUARED_RADIUS * share - 1.0) * U))
+    script.prove(&within(&pair, SIGHT_SQUARED_RADIUS * share - U))
 }
 
 fn sight_squared_cross(fused: bool, share: f64) -> String {
@@ -265,7 +265,7 @@ fn sight_squared_cross(fused: bool, share: f64) -> String {
     let ranges = ["Nx", "Ny", "Nz"].map(|name| (name, -384, 260));
     let mut script = Script::new(fused, &ranges).given(&[(x, "Nx", 0), (y, "Ny", 0), (z, "Nz", 0)]);
     let pair = script.number(way.squared_cross);
-    script.prove(&within(&pair, (SIGHT_SQUARED_CROSS * share - 1.0) * U))
+    script.prove(&within(&pair, SIGHT_SQUARED_CROSS * share - U))
 }
 
 /// A bound of a sight: its quotient, without the factor, from `b`, `d` and their bounds on.
