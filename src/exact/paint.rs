@@ -115,9 +115,26 @@ const FOUR: usize = 4 * BYTES_PER_PIXEL;
 #[inline(always)]
 fn halves(lanes: u32x8) -> [[u8; 16]; 2] {
     const DROP_FOURTH: [i8; 16] = [0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, -1, -1, -1, -1];
+    // Where the machine has no such instruction, a swizzle is a call and a loop over bytes.
+    if cfg!(not(any(
+        target_feature = "ssse3",
+        target_feature = "neon",
+        target_feature = "simd128"
+    ))) {
+        let [a, b, c, d, e, f, g, h] = lanes.to_array();
+        return [four([a, b, c, d]), four([e, f, g, h])];
+    }
     let order: i8x32 = bytemuck::cast([DROP_FOURTH; 2]);
     let bytes: u8x32 = bytemuck::cast(lanes);
     bytemuck::cast(bytes.swizzle_half(order))
+}
+
+/// The first three bytes of four lanes.
+#[inline(always)]
+fn four(lanes: [u32; 4]) -> [u8; 16] {
+    let [a, b, c, d] = lanes.map(|lane| u64::from(lane.to_le() & 0xff_ffff));
+    let words = [a | b << 24 | c << 48, c >> 16 | d << 8];
+    bytemuck::cast(words.map(u64::to_le_bytes))
 }
 
 /// Writes eight pixels at the beginning of `line`, or as many as it has room for. The first bytes
