@@ -65,7 +65,7 @@ sanitize:
 # The standard library is built for it from its sources. Code of these modules runs on the
 # thread that calls it, and their tests are much arithmetic; full HD takes too long.
 ONE_THREAD := camera nearness reference scene::number \
-    $(addprefix exact::,bounds boxes coverage decide depths outline packet paint radical real sight)
+    $(addprefix exact::,bounds boxes coverage decide depths outline packet paint radical sight)
 sanitize-threads:
 	rustup component add rust-src
 	RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=thread -C target-cpu=native" \

@@ -125,7 +125,7 @@
 //! | `rayon` | bands of rows, runs of spheres and chunks of text on all threads |
 //! | `memmap2` | the mapped image; the bins in huge pages |
 //! | `bytemuck` | lanes and records seen as bytes, without transmuting |
-//! | `dashu` | integers of any size |
+//! | `dashu` | integers of any size; in tests dyadic numbers |
 //! | `rustix` | reserving blocks, files without a name, locks |
 //! | `tempfile` | the file beside the image, where a file needs a name |
 //! | `thiserror` | error types |

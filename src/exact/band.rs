@@ -409,13 +409,13 @@ pub(super) fn colour_of(scene: &Scene, seen: Seen) -> Rgb {
 fn put_row(line: &mut [u8], pixels: &PixelRow) -> u64 {
     // Of a whole tile the compiler knows the number of packets.
     match line.first_chunk_mut::<{ SIDE * BYTES_PER_PIXEL }>() {
-        Some(line) => put_packets(line, pixels),
-        None => put_packets(line, pixels),
+        Some(line) => put_each(line, pixels),
+        None => put_each(line, pixels),
     }
 }
 
 #[inline(always)]
-fn put_packets(line: &mut [u8], pixels: &PixelRow) -> u64 {
+fn put_each(line: &mut [u8], pixels: &PixelRow) -> u64 {
     let width = line.len() / BYTES_PER_PIXEL;
     let mut undecided = 0;
     for first in (0..width).step_by(LANES) {

@@ -591,12 +591,12 @@ impl Record {
     }
 
     /// Whether it is the same sphere; minus zero is zero.
-    pub(super) fn is_equal(&self, other: &Self) -> bool {
+    fn is_equal(&self, other: &Self) -> bool {
         self.sphere == other.sphere
     }
 
     /// An order in which equal spheres are adjacent, the first of the file before the others.
-    pub(super) fn cmp_spheres(&self, other: &Self) -> Ordering {
+    fn cmp_spheres(&self, other: &Self) -> Ordering {
         cmp_spheres(&self.sphere, &other.sphere).then(self.index.cmp(&other.index))
     }
 }
@@ -605,6 +605,31 @@ impl Record {
 pub(super) fn are_apart<T: PartialOrd>(a: [T; 4], b: [T; 4]) -> bool {
     let ([left, right, top, bottom], other) = (a, b);
     left > other[1] || other[0] > right || top > other[3] || other[2] > bottom
+}
+
+/// Sorts the places of records from far to near; of equal spheres only the first of the file is left.
+pub(super) fn sort_far_to_near<'a>(
+    count: usize,
+    record: impl Fn(usize) -> &'a Record,
+    places: &mut Vec<u64>,
+) {
+    places.clear();
+    // Missed spheres are negative, and first; the bits of the others are in their order.
+    let key = |at: usize| u64::from(record(at).upper.max(0.0).to_bits()) << 32 | at as u64;
+    places.extend((0..count).map(key));
+    places.sort_unstable();
+    // Equal spheres have equal bounds, so only neighbours with equal bounds are compared.
+    let alike = |a: &u64, b: &u64| a >> 32 == b >> 32;
+    if places.windows(2).any(|pair| alike(&pair[0], &pair[1])) {
+        let record = |key: &u64| record(*key as u32 as usize);
+        for alike in places.chunk_by_mut(alike) {
+            alike.sort_unstable_by(|a, b| record(a).cmp_spheres(record(b)));
+        }
+        places.dedup_by(|later, first| record(later).is_equal(record(first)));
+    }
+    for place in places {
+        *place &= u64::from(u32::MAX);
+    }
 }
 
 /// An order of spheres in which spheres of equal numbers are equal.

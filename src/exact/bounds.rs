@@ -368,7 +368,7 @@ pub(super) const GREATEST_SIDE: f64 = (1_u64 << 60) as f64;
 /// | `(d02 q + (d11 p + d01)) q` | 3486 | 5251 |
 /// | to spare; of it less than 1 for what doubles lose | 2941 | 8192 |
 ///
-/// `E` has 1765, `B` 85.
+/// `E` has 1765, `B` 85, `B/r` from a surface less than 2048 (theorem 4).
 pub(super) const UNDERFLOW_BOUND: f64 = 1.0 / (1_u128 << 127) as f64 / 1024.0;
 
 /// The part of the greatest `D` from which on an outline is not grazed. A choice, not

@@ -86,7 +86,7 @@ fn ends([across, z, r]: [f64; 3], scale: f64, side: u32) -> Option<[u32; 2]> {
             [0.0, last - first]
         }
     };
-    // NaN, from a plane at infinity, gives no bound.
+    // Clamped to the picture, so that the conversions are exact.
     let (first, end) = (first.ceil().max(0.0), end.floor().min(last));
     (first <= end).then_some([first as u32, end as u32])
 }
@@ -111,16 +111,16 @@ fn first_beside([across, z, r]: [f64; 3], scale: f64, side: u32) -> f64 {
     0.5 * f64::from(side - 1) + pixels - slack
 }
 
-/// Boxes are computed in floats if, in units of [`unit`], coordinates are no greater than the end of
-/// this range, and the distance in front of the camera's plane is no smaller than its start. Then no
-/// float overflows, and what underflows is far below the slack.
+/// Boxes are computed in floats if, times [`float_unit`], coordinates are no greater than the end of this
+/// range, and `Cz - r` is no smaller than its start. Then no float overflows, and what underflows is far
+/// below the slack.
 const FLOAT_RANGE: Range<f32> = 1.0 / (1 << 20) as f32..(1 << 20) as f32;
 
-/// Of pixels per unit.
+/// And if pixels per unit are in this range.
 const FLOAT_SCALES: Range<f64> = 1.0 / (1 << 24) as f64..(1 << 24) as f64;
 
-/// The inverse of the unit of length in which scaled inverse depths are inverse depths, if boxes may be
-/// computed in floats.
+/// The power of two by which lengths are multiplied so that `1/z` is the scaled inverse depth; `None` if
+/// boxes may not be computed in floats.
 pub(super) fn float_unit(grid: &Grid) -> Option<f32> {
     let size = grid.camera().size();
     let scales = [grid.x_axis.scale, grid.y_axis.scale];

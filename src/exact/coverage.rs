@@ -11,7 +11,7 @@ use std::ops::Range;
 use wide::{f64x8, i32x8, u32x8};
 
 use super::{
-    bins::{EightRecords, Record},
+    bins::{EightRecords, Record, sort_far_to_near},
     depths::{DepthRanges, Depths, Rectangles, SphereDepths},
     grid::{Grid, SIDE},
     outline::{EightRows, Outline, Placement},
@@ -33,9 +33,8 @@ pub(super) type Mask = [[u64; LANES]; OCTETS];
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Covering {
     pub(super) record: Record,
-    /// The lower and the upper bound of the inverse depth of every hit in its box.
+    /// The lower bound of the inverse depth of every hit in its box.
     lower: f32,
-    upper: f32,
     /// The index of its first octet among those of all spheres.
     rows: usize,
     /// Whether each row of `outer` is one run, which is in `ends`.
@@ -124,7 +123,7 @@ pub(super) struct Coverage {
     rows: Vec<EightRows>,
     /// The first column that a row may cover, and the one after the last; in the same order.
     ends: Vec<[u8; 2]>,
-    keys: Vec<u64>,
+    places: Vec<u64>,
     /// The indices of the spheres that are not hidden, from far to near.
     pub(super) order: Vec<usize>,
     /// Whether only one sphere is left in the order, and it covers the whole tile.
@@ -238,7 +237,6 @@ impl Coverage {
             let covering = Covering {
                 record: *record,
                 lower: outline.lower,
-                upper: record.upper,
                 rows: self.rows.len(),
                 in_runs: true,
             };
@@ -291,33 +289,17 @@ impl Coverage {
     /// Sorts from far to near; of equal spheres the first of the file stays.
     fn sort(&mut self) {
         let spheres = &self.spheres;
-        self.keys.clear();
-        // Missed spheres are negative, and first; the bits of the others are in their order.
-        let key = |(at, covering): (u64, &Covering)| {
-            u64::from(covering.upper.max(0.0).to_bits()) << 32 | at
-        };
-        self.keys.extend((0..).zip(spheres).map(key));
-        self.keys.sort_unstable();
-        // Equal spheres have equal bounds, so only neighbours with equal bounds are compared.
-        let alike = |a: &u64, b: &u64| a >> 32 == b >> 32;
-        let place = |key: u64| key as u32 as usize;
-        let record = |key: u64| &spheres[place(key)].record;
-        if self.keys.windows(2).any(|pair| alike(&pair[0], &pair[1])) {
-            for alike in self.keys.chunk_by_mut(alike) {
-                alike.sort_unstable_by(|&a, &b| record(a).cmp_spheres(record(b)));
-            }
-            self.keys
-                .dedup_by(|later, first| record(*later).is_equal(record(*first)));
-        }
+        sort_far_to_near(spheres.len(), |at| &spheres[at].record, &mut self.places);
         self.order.clear();
-        self.order.extend(self.keys.iter().map(|&key| place(key)));
+        let places = self.places.iter();
+        self.order.extend(places.map(|&place| place as usize));
     }
 
     /// Whether the intervals of any two spheres overlap.
     fn overlap(&self) -> bool {
         self.order
             .windows(2)
-            .any(|pair| self.spheres[pair[0]].upper >= self.spheres[pair[1]].lower)
+            .any(|pair| self.spheres[pair[0]].record.upper >= self.spheres[pair[1]].lower)
     }
 
     fn find_depths(&mut self, grid: &Grid, tile: &Tile, bounds: Bounds) {
@@ -368,7 +350,7 @@ impl Coverage {
     /// Which of two spheres is nearer where both are hit; the first one if that is nowhere.
     fn nearer(&self, pairs: Pairs<'_>, first: usize, second: usize) -> Nearer {
         let (near, far) = (&self.spheres[first], &self.spheres[second]);
-        if far.upper < near.lower {
+        if far.record.upper < near.lower {
             return Nearer::First;
         }
         let Some(region) = common_sides(&near.record, &far.record) else {
@@ -417,7 +399,7 @@ impl Coverage {
         for before in (0..place).rev() {
             let other = self.order[before];
             let (near, far) = (&self.spheres[at], &self.spheres[other]);
-            if far.upper < near.lower {
+            if far.record.upper < near.lower {
                 break;
             }
             let nearer = self.nearer(pairs, at, other);

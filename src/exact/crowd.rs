@@ -1,4 +1,5 @@
-//! Tiles of many spheres, drawn by packets for every pixel.
+//! Tiles of many spheres, drawn by packets for every pixel. The contested pixels of tiles of few spheres
+//! are met here, too.
 //!
 //! Where boxes are small and overlap little, spheres are met in file order, directly from the
 //! bins. Where many lie behind others they are met nearest first, and a sphere that is farther
@@ -9,7 +10,7 @@ use std::ops::ControlFlow;
 use wide::f32x8;
 
 use super::{
-    bins::{Candidate, EightBoxes, EightRecords, Record},
+    bins::{Candidate, EightBoxes, EightRecords, Record, sort_far_to_near},
     bits::set_bits,
     coverage::{Coverage, Tile},
     depths::{DepthRanges, Depths, FloatDepths},
@@ -82,7 +83,7 @@ pub(super) struct Crowd {
     /// The boxes of the spheres that were met.
     boxes: Vec<EightBoxes>,
     sorted: Vec<Record>,
-    keys: Vec<u64>,
+    places: Vec<u64>,
     hidden: Hidden,
 }
 
@@ -204,7 +205,7 @@ impl Crowd {
             ..Hidden::default()
         };
         if sorted {
-            nearest_first(&mut self.records, &mut self.sorted, &mut self.keys);
+            self.sort();
         }
         let records = std::mem::take(&mut self.records);
         for eight in records.chunks(LANES) {
@@ -218,6 +219,17 @@ impl Crowd {
             }
         }
         self.records = records;
+    }
+
+    /// Sorts the spheres, the nearest first; of equal ones the first of the file stays.
+    fn sort(&mut self) {
+        let records = &self.records;
+        sort_far_to_near(records.len(), |at| &records[at], &mut self.places);
+        self.sorted.clear();
+        let places = self.places.iter().rev();
+        self.sorted
+            .extend(places.map(|&place| records[place as usize]));
+        std::mem::swap(&mut self.records, &mut self.sorted);
     }
 
     /// Meets up to eight spheres. Breaks if a copy of the first sphere of the tile is among
@@ -427,25 +439,6 @@ impl Hidden {
         self.floor = self.floor.max(lowest);
         self.floors = Some(floors);
     }
-}
-
-/// Sorts records, the nearest first; of equal spheres the first of the file stays.
-fn nearest_first(records: &mut Vec<Record>, sorted: &mut Vec<Record>, keys: &mut Vec<u64>) {
-    keys.clear();
-    // Inverse depths are not negative, so their bits are ordered as they are.
-    let key = |(at, record): (u64, &Record)| u64::from(!record.upper.to_bits()) << 32 | at;
-    keys.extend((0..).zip(&*records).map(key));
-    keys.sort_unstable();
-    let record = |key: u64| &records[key as u32 as usize];
-    // Equal spheres have equal keys, so only neighbours with equal keys are compared.
-    let alike = |a: &u64, b: &u64| a >> 32 == b >> 32;
-    for alike in keys.chunk_by_mut(alike) {
-        alike.sort_unstable_by(|&a, &b| record(a).cmp_spheres(record(b)));
-    }
-    keys.dedup_by(|later, first| record(*later).is_equal(record(*first)));
-    sorted.clear();
-    sorted.extend(keys.iter().map(|&key| record(key)));
-    std::mem::swap(records, sorted);
 }
 
 /// The blocks of a sphere's box.

@@ -25,7 +25,7 @@ use super::{
         PLANE_BOUND, POWER_BOUND, SUM_OF_PARTS_BOUND, SURE_SHARE, UNDERFLOW_BOUND,
     },
     grid::{EightSpheres, Grid, float_above, float_below, splat},
-    kernels::{Middle, Steps, over_power},
+    kernels::{Middle, over_power},
     sight::powers_of_camera,
     tuning::Bounds,
 };
@@ -208,7 +208,7 @@ impl Depths {
         let (s, t, zero) = (around.across, around.down, splat(0.0));
         let [yz, k] = middle.k();
         let normal = middle.normal();
-        let coefficients = middle.coefficients(normal, k, &Steps::new(dx, dy).map(splat));
+        let coefficients = middle.coefficients(normal, k, [dx, dy].map(splat));
         let planes = [middle.dot(), x * splat(dx), y * splat(dy)];
         let spans = [s * splat(dx.abs()), t * splat(dy.abs())];
         let d_bound = coefficients_bound(&middle, normal, spans);
@@ -318,8 +318,8 @@ impl Depths {
     /// and with `f` that of `b + sqrt d` (theorem 4),
     ///
     /// ```text
-    /// d_sure = max(SURE_SHARE u, 2 e)          u: the upper bound of d
-    /// spread = 2 f + 2 e/sqrt(SURE_SHARE u)
+    /// d_sure = max(SURE_SHARE d_upper, 2 e)
+    /// spread = 2 f + 2 e/sqrt(SURE_SHARE d_upper)
     /// ```
     #[inline]
     pub(super) fn to_floats(self, bounds: Bounds) -> FloatDepths {

@@ -103,7 +103,8 @@ pub(super) fn splat(value: f64) -> f64x8 {
 }
 
 /// A float above `value`, which is `>= 0` and of any magnitude: conversion rounds
-/// by `2^-24` of it, or by `2^-150`. Of -1 it is negative, too.
+/// by `2^-24` of it, or by `2^-150`. Of a negative value, which says that there is no hit, it is at most
+/// the least float above 0, and may be below the value.
 #[inline]
 pub(super) fn float_above(value: f64) -> f32 {
     (value * (1.0 + TO_FLOAT) + f64::from(f32::from_bits(1))) as f32

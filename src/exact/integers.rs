@@ -1,12 +1,12 @@
 //! The last stage: integers of any size, which decide every pixel.
 //!
 //! Floats are integers times powers of two. The lengths of some spheres, times one power of two, are
-//! integers, and so are those of the viewport times another. `V` is an integer times
-//! `1/(2 (W-1) (H-1))`. So `A`, `B`, `c` and `D` are integers, without rounding or division.
+//! integers, and so are those of the viewport times another. `V`, times both denominators of the pixel
+//! rule, is then made of integers, and so are `A`, `B`, `c` and `D`: nothing is rounded or divided.
 //! (Theorem 7 of the [`proof`](super::proof).)
 //!
-//! This and the [`reference`](mod@crate::reference) are tests of each other, so they share no code, not
-//! even to take a float apart.
+//! This and the [`reference`](mod@crate::reference) are tests of each other, so they share no code but
+//! the pixel rule, not even to take a float apart.
 
 use std::cmp::Ordering;
 
@@ -172,7 +172,7 @@ fn unit_of(lengths: impl Iterator<Item = f32>) -> i32 {
 /// A multiple of `2^unit`, in units of it.
 fn in_units(length: f32, unit: i32) -> IBig {
     let (integer, exponent) = integer_of(length);
-    // Zero may be a multiple of any unit.
+    // Zero is a multiple of any unit; its exponent may be less.
     let shift = (exponent - unit).max(0) as usize;
     IBig::from(integer) << shift
 }

@@ -167,8 +167,8 @@ pub(super) fn dot<N: Number>([x, y, z]: [N; 3], [ray_x, ray_y]: [N; 2]) -> N {
 pub(super) fn on_the_surface<N: Number>(a: N, b: N, bound: N, half: N) -> [N; 2] {
     let (below, above) = (1.0 - SURFACE_QUOTIENT, 1.0 + SURFACE_QUOTIENT);
     [
-        a / (b + bound) * half * N::constant(below),
-        a / (b - bound) * half * N::constant(above),
+        a * half / (b + bound) * N::constant(below),
+        a * half / (b - bound) * N::constant(above),
     ]
 }
 
@@ -181,42 +181,6 @@ pub(super) struct Middle<N> {
     pub(super) squared_radius: N,
     pub(super) x0: N,
     pub(super) y0: N,
-}
-
-/// Products of the steps `dX`, `dY` from pixel to pixel.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Steps<N> {
-    pub(super) twice_dx: N,
-    pub(super) twice_dy: N,
-    pub(super) minus_dx_dx: N,
-    pub(super) dy_dy: N,
-    pub(super) twice_dx_dy: N,
-}
-
-impl<N: Number> Steps<N> {
-    #[inline(always)]
-    pub(super) fn new(dx: N, dy: N) -> Self {
-        let two = N::constant(2.0);
-        let twice_dx = two * dx;
-        Self {
-            twice_dx,
-            twice_dy: two * dy,
-            minus_dx_dx: -(dx * dx),
-            dy_dy: dy * dy,
-            twice_dx_dy: twice_dx * dy,
-        }
-    }
-
-    #[inline(always)]
-    pub(super) fn map<M>(self, of: impl Fn(N) -> M) -> Steps<M> {
-        Steps {
-            twice_dx: of(self.twice_dx),
-            twice_dy: of(self.twice_dy),
-            minus_dx_dx: of(self.minus_dx_dx),
-            dy_dy: of(self.dy_dy),
-            twice_dx_dy: of(self.twice_dx_dy),
-        }
-    }
 }
 
 impl<N: Number> Middle<N> {
@@ -241,9 +205,9 @@ impl<N: Number> Middle<N> {
     }
 
     /// `d00`, `d10`, `d01`, `d20`, `d11`, `d02` of [`Depths::new`](super::depths::Depths),
-    /// but for their scale.
+    /// but for their scale; `dx` and `dy` are the steps from pixel to pixel.
     #[inline(always)]
-    pub(super) fn coefficients(&self, [n_x, n_y, n_z]: [N; 3], k: N, steps: &Steps<N>) -> [N; 6] {
+    pub(super) fn coefficients(&self, [n_x, n_y, n_z]: [N; 3], k: N, [dx, dy]: [N; 2]) -> [N; 6] {
         let &Self {
             x,
             y,
@@ -255,13 +219,14 @@ impl<N: Number> Middle<N> {
         let xz = x.times_plus(x, z * z);
         let a0 = squared_ray([x0, y0]);
         let nn = n_x.times_plus(n_x, n_y.times_plus(n_y, n_z * n_z));
+        let twice = N::constant(2.0);
         [
             squared_radius.times_minus(a0, nn),
-            n_z.times_plus(y, n_y.times_from(z, squared_radius * x0)) * steps.twice_dx,
-            n_x.times_plus(z, n_z.times_from(x, squared_radius * y0)) * steps.twice_dy,
-            k * steps.minus_dx_dx,
-            x * y * steps.twice_dx_dy,
-            (squared_radius - xz) * steps.dy_dy,
+            n_z.times_plus(y, n_y.times_from(z, squared_radius * x0)) * (twice * dx),
+            n_x.times_plus(z, n_z.times_from(x, squared_radius * y0)) * (twice * dy),
+            k * -(dx * dx),
+            x * y * (twice * dx * dy),
+            (squared_radius - xz) * (dy * dy),
         ]
     }
 
@@ -514,7 +479,7 @@ impl<N: Number> Sight<N> {
         outward([lower, (self.b.upper + self.root_upper) / c])
     }
 
-    /// `A/(sqrt D + B)`; no upper bound where the sum may be negative.
+    /// `A/(sqrt D + B)`; no upper bound where the sum may not be above 0.
     #[inline(always)]
     pub(super) fn seen_ahead_from_inside(&self, a: N) -> [N; 2] {
         let lower = a / (self.root_upper + self.b.upper);

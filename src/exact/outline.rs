@@ -312,7 +312,8 @@ impl Outline {
         }
     }
 
-    /// [`rows`](Self::rows) between the ends of each row, of those `AHEAD` if that is asked.
+    /// [`rows`](Self::rows) of a shape that has `ends`; if `AHEAD`, without rows that are not ahead of the
+    /// camera.
     #[inline(always)]
     fn cut_rows<const AHEAD: bool>(
         &self,

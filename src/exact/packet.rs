@@ -301,8 +301,8 @@ impl<'a> Meetings<'a> {
     }
 }
 
-/// A sphere to meet in doubles, in a tile: one whose inverse depths are beyond floats, or on whose
-/// surface the camera is.
+/// A sphere that has no polynomials in floats, in a tile. Its inverse depths are beyond floats, and it is
+/// met in doubles; or the camera is on its surface, and it is met by [`Surface`] where floats will do.
 pub(super) struct InDoubles<'a> {
     grid: &'a Grid,
     bounds: Bounds,
@@ -409,7 +409,7 @@ const SURFACE_REACH: f64 = 1024.0;
 const SURFACE_SCALES: Range<f64> = 1.0 / (1_u64 << 60) as f64..(1_u64 << 60) as f64;
 
 impl<'a> Surface<'a> {
-    /// If floats can be used.
+    /// `None` if floats can't be used.
     fn new(grid: &'a Grid, [x, y, z, r]: [f32; 4]) -> Option<Self> {
         let half = 0.5 * grid.scale / double(r);
         if grid.reach > SURFACE_REACH || !SURFACE_SCALES.contains(&half) {

@@ -1,8 +1,7 @@
 //! Double-doubles, with twice the digits of doubles: the exact values of the search.
 //!
 //! M. Joldes, J.-M. Muller, V. Popescu: Tight and Rigorous Error Bounds for Basic Building Blocks of
-//! Double-Word Arithmetic, 2017: algorithms 6 (sum), 11 (product) and 15 (quotient), but for fused
-//! operations.
+//! Double-Word Arithmetic, 2017: their sum, product and quotient, without fused operations.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -11,7 +11,7 @@ use wide::{f32x8, f64x8};
 use super::{double_double::DoubleDouble, *};
 use crate::exact::{
     kernels::{
-        Middle, MiddleRow, Number, Steps, before, in_column, in_row, over_power, power_difference,
+        Middle, MiddleRow, Number, before, in_column, in_row, over_power, power_difference,
         quadratic, row_factor, row_middle, touching, touching_beside,
     },
     trials::Random,
@@ -244,8 +244,7 @@ of => {
     let y0 = coordinate(&of[1..5]);
     let one = N::constant(1.0);
     let middle = middle(one, one, one, of[0], y0, y0);
-    let steps = Steps::new(one, one);
-    let [d00, ..] = middle.coefficients([of[5], of[6], of[7]], one, &steps);
+    let [d00, ..] = middle.coefficients([of[5], of[6], of[7]], one, [one, one]);
     let [_, squared_scale] = over_power(one, of[8]);
     d00 * squared_scale
 },

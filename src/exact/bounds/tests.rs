@@ -24,10 +24,10 @@ use crate::{
     exact::{
         grid::SIDE,
         kernels::{
-            Middle, MiddleRow, Number, Sight, Steps, before, component, difference_at, dot,
-            farthest, in_column, in_row, nearest_beside, on_the_surface, over_power,
-            power_difference, quadratic, radical_plane, row_factor, row_middle, squared_length,
-            squared_ray, touching, touching_beside,
+            Middle, MiddleRow, Number, Sight, before, component, difference_at, dot, farthest,
+            in_column, in_row, nearest_beside, on_the_surface, over_power, power_difference,
+            quadratic, radical_plane, row_factor, row_middle, squared_length, squared_ray,
+            touching, touching_beside,
         },
     },
     spheres::LANES,
@@ -137,10 +137,6 @@ fn factors_are_exact() {
     for bound in [ROW_INFLATION, DEPTH_INFLATION] {
         assert_eq!(1.0 + bound - 1.0, bound);
     }
-    assert_eq!(
-        f64::from((1.0 + FLOAT_UPPER_BOUND) as f32),
-        1.0 + FLOAT_UPPER_BOUND
-    );
 }
 
 /// In floats products of the scene's numbers are rounded, too.
@@ -197,9 +193,9 @@ fn coefficients_of_depths() {
     let middle = middle();
     let normal @ [n_x, n_y, n_z] = middle.normal();
     let given = [(n_x, "Nx", 0), (n_y, "Ny", 0), (n_z, "Nz", 0)];
-    let steps = Steps::new(Traced::rounded("dX", 2), Traced::rounded("dY", 2));
+    let steps = ["dX", "dY"].map(|name| Traced::rounded(name, 2));
     let [_, k] = middle.k();
-    let coefficients = middle.coefficients(normal, k, &steps);
+    let coefficients = middle.coefficients(normal, k, steps);
     // What `c` is wrong by is extra. The scale is a power of two.
     let [_, squared_scale] = over_power(Traced::constant(1.0), Traced::rounded("c", 0));
     let scaled = coefficients.map(|of| of * squared_scale);

@@ -181,8 +181,13 @@ fn the_nearest_come_first_and_of_copies_the_first_of_the_file() {
         records.push(record((index % 3) as f32, (index % 6) as f32, index));
     }
     records.rotate_left(17);
-    nearest_first(&mut records, &mut Vec::new(), &mut Vec::new());
-    let mut found: Vec<_> = records
+    let mut crowd = Crowd {
+        records,
+        ..Crowd::default()
+    };
+    crowd.sort();
+    let mut found: Vec<_> = crowd
+        .records
         .iter()
         .map(|record| (record.upper, record.index))
         .collect();
