@@ -1,5 +1,5 @@
 //! The last stages: one pixel at a time, eight spheres at a time, first by inverse depths in doubles,
-//! then by the powers of the hits in doubles, and in [`integers`](super::integers). Each takes the
+//! then by the powers of the hits in doubles, and in [`integers`]. Each takes the
 //! pixels that the one before leaves undecided.
 
 use super::{

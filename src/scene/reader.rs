@@ -1,7 +1,7 @@
 //! A scene from a source of text.
 //!
 //! The text is read in [`windows`](super::windows). In each window the
-//! [`chunks`](super::chunks) read the spheres, while the next window is being filled.
+//! [`chunks`] read the spheres, while the next window is being filled.
 //! Where they can't, the [`parser`](super::parser) reads the window and finds the first
 //! error; [`position`](super::position) gives its line and its column.
 
