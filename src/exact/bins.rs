@@ -614,8 +614,8 @@ pub(super) fn sort_far_to_near<'a>(
     places: &mut Vec<u64>,
 ) {
     places.clear();
-    // Missed spheres are negative, and first; the bits of the others are in their order.
-    let key = |at: usize| u64::from(record(at).upper.max(0.0).to_bits()) << 32 | at as u64;
+    // Inverse depths are not negative, so their bits are ordered as they are.
+    let key = |at: usize| u64::from(record(at).upper.to_bits()) << 32 | at as u64;
     places.extend((0..count).map(key));
     places.sort_unstable();
     // Equal spheres have equal bounds, so only neighbours with equal bounds are compared.

@@ -176,3 +176,26 @@ fn in_units(length: f32, unit: i32) -> IBig {
     let shift = (exponent - unit).max(0) as usize;
     IBig::from(integer) << shift
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{IBig, in_units, unit_of};
+
+    /// Zero is a multiple of any unit.
+    #[test]
+    fn the_unit_is_the_greatest_of_which_all_lengths_are_multiples() {
+        let least = f32::from_bits(1);
+        for (lengths, unit) in [
+            ([0.0, 12.0], 2),
+            ([1.0, -0.75], -2),
+            ([least, f32::MAX], -149),
+            ([0.0, -0.0], 0),
+        ] {
+            assert_eq!(unit_of(lengths.into_iter()), unit, "{lengths:?}");
+        }
+        assert_eq!(in_units(-0.75, -2), IBig::from(-3));
+        assert_eq!(in_units(-0.0, 100), IBig::ZERO);
+        assert_eq!(in_units(3.0 * least, -149), IBig::from(3));
+        assert_eq!(in_units(f32::MAX, -149), IBig::from((1 << 24) - 1) << 253);
+    }
+}

@@ -24,10 +24,10 @@ use crate::{
     exact::{
         grid::SIDE,
         kernels::{
-            Middle, MiddleRow, Number, Sight, before, component, difference_at, dot, farthest,
-            in_column, in_row, nearest_beside, on_the_surface, over_power, power_difference,
-            quadratic, radical_plane, row_factor, row_middle, squared_length, squared_ray,
-            touching, touching_beside,
+            Ahead, Discriminant, Middle, MiddleRow, Number, Sight, before, component,
+            difference_at, dot, farthest, in_column, in_row, nearest_beside, on_the_surface,
+            over_power, power_difference, quadratic, radical_plane, row_factor, row_middle,
+            squared_length, squared_ray, touching, touching_beside,
         },
     },
     spheres::LANES,
@@ -459,6 +459,34 @@ fn powers_of_hits() {
     assert_counted("SIGHT_POWER", SIGHT_POWER, U, derived, 1);
     let derived = greatest(&[along], &[]) + 1;
     assert_counted("SIGHT_ALONG", SIGHT_ALONG, U, derived, 0);
+}
+
+/// Each bound of an inverse depth has the ends of `B` and of the root on its side.
+#[test]
+fn bounds_of_inverse_depths_have_the_ends_on_their_side() {
+    let (lower, upper) = (-4.0, -2.0);
+    let sight = Sight {
+        b: Ahead {
+            value: -3.0,
+            lower,
+            upper,
+        },
+        d: Discriminant {
+            value: 36.0,
+            bound: 11.0,
+        },
+        root_lower: 5.0,
+        root_upper: 7.0,
+    };
+    for (bounds, expected) in [
+        (sight.seen_from_outside(2.0), [0.5, 2.5]),
+        (sight.seen_ahead_from_inside(10.0), [2.0, 10.0]),
+        (sight.seen_back_from_inside(-2.0), [3.5, 5.5]),
+        (sight.seen_from_the_surface(-8.0), [2.0, 1.0]),
+    ] {
+        let factors = [1.0 - SIGHT_QUOTIENT, 1.0 + SIGHT_QUOTIENT];
+        assert_eq!(bounds, [0, 1].map(|at: usize| expected[at] * factors[at]));
+    }
 }
 
 /// The bound of `B` has every term that `B` has.

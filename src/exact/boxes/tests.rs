@@ -205,6 +205,50 @@ fn floats_are_used_within_their_ranges_only() {
     assert_eq!(fits(most as u32, 1.0, 1.0), None);
 }
 
+/// Whatever the other lanes hold; and what floats do not hold has the box of doubles.
+#[test]
+fn each_lane_has_the_box_that_its_sphere_has_alone() {
+    let [mut mixed, mut beyond] = [0; 2];
+    for number in (0..16_000).step_by(8) {
+        let trials: Vec<Trial> = (number..number + 8).map(Trial::new).collect();
+        let grid = Grid::new(trials[0].camera);
+        let unit = float_unit(&grid);
+        let lane = |component: usize| {
+            f32x8::new(std::array::from_fn(|lane| {
+                trials[lane].lengths()[component]
+            }))
+        };
+        let boxes = Boxes::new(&grid, [lane(0), lane(1), lane(2), lane(3)], unit);
+        let mut in_floats = 0;
+        for (lane, trial) in trials.iter().enumerate() {
+            let trial = Trial {
+                camera: trials[0].camera,
+                ..*trial
+            };
+            let found = (boxes.visible >> lane & 1 == 1).then(|| PixelBox {
+                sides: boxes.sides.map(|side| side[lane]),
+                upper: boxes.upper[lane],
+            });
+            let alone = self::in_floats(&grid, &trial);
+            in_floats += usize::from(alone.is_some());
+            let alone = alone.unwrap_or_else(|| PixelBox::new(&grid, &trial.sphere));
+            let numbers = |its_box: PixelBox| (its_box.sides, its_box.upper.to_bits());
+            assert_eq!(
+                found.map(numbers),
+                alone.map(numbers),
+                "{}",
+                trial.describe()
+            );
+        }
+        mixed += usize::from(in_floats > 0 && in_floats < 8);
+        beyond += 8 - in_floats;
+    }
+    assert!(
+        mixed > 100 && beyond > 1_000,
+        "only {mixed} mixed, {beyond}"
+    );
+}
+
 /// The greatest inverse depth is that of the point nearest to the camera's plane; for a
 /// sphere that reaches this plane, that in the direction of its nearest point is used.
 #[test]
