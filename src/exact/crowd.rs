@@ -137,22 +137,23 @@ impl Crowd {
         coverage: &Coverage,
         pixels: &mut [PixelRow],
     ) -> u64 {
-        let spheres = coverage.order.iter().map(|&at| &coverage.spheres[at]);
-        let contested: Vec<_> = spheres
-            .filter(|sphere| coverage.is_contested(sphere))
-            .collect();
+        let sphere = |place: &u64| &coverage.spheres[*place as usize];
+        let order = coverage.order.iter().map(|&at| at as u64);
+        self.places.clear();
+        self.places
+            .extend(order.filter(|place| coverage.is_contested(sphere(place))));
         self.records.clear();
         self.records
-            .extend(contested.iter().map(|sphere| sphere.record));
+            .extend(self.places.iter().map(|place| sphere(place).record));
         self.boxes.clear();
         let mut met = 0;
-        for (records, spheres) in self.records.chunks(LANES).zip(contested.chunks(LANES)) {
+        for (records, places) in self.records.chunks(LANES).zip(self.places.chunks(LANES)) {
             let eight = EightRecords::of(records);
             let depths = tile.depths(&eight);
             let meetings = Meetings::new(&depths, &eight);
             self.boxes.push(eight.boxes);
-            for (lane, sphere) in spheres.iter().enumerate() {
-                let wanted = coverage.contested_by(sphere);
+            for (lane, place) in places.iter().enumerate() {
+                let wanted = coverage.contested_by(sphere(place));
                 met += tile.meet_masked(&meetings, lane, &records[lane], pixels, &wanted);
             }
         }

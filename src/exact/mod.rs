@@ -20,7 +20,7 @@
 //! | | `radical` | which of two spheres is nearer, pixel by pixel |
 //! | tile of few spheres | `coverage` | masks from far to near; contested pixels |
 //! | | `packet` | eight pixels against a sphere, each inverse depth an interval |
-//! | tile of many spheres | `crowd` | packets for every pixel, nearest first where that pays |
+//! | tile of many spheres | `crowd` | packets for every pixel, nearest first where that pays; contested pixels of the other tiles |
 //! | undecided pixels | `integers`, `decide` | doubles: depths, then powers; integers |
 //! | | `counts` | how many pixels each step settled |
 //! | all of it | `rows`, `band` | whole rows where no inverse depths overlap; a row of tiles |

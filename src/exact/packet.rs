@@ -421,12 +421,11 @@ impl<'a> Surface<'a> {
         let corner = [grid.x_axis.x(first), grid.y_axis.y(first)];
         let corner = corner.map(|axis| axis.abs().to_array()[0]);
         let terms = dot(centre.map(f64::abs), corner);
-        let floats = |value: f32| f32x8::splat(value);
         Some(Self {
             grid,
-            centre: centre.map(|length| floats(length as f32)),
-            bound: floats(float_above(SURFACE_BOUND * terms + UNDERFLOW_BOUND)),
-            half: floats(half as f32),
+            centre: centre.map(|length| f32x8::splat(length as f32)),
+            bound: f32x8::splat(float_above(SURFACE_BOUND * terms + UNDERFLOW_BOUND)),
+            half: f32x8::splat(half as f32),
         })
     }
 
